@@ -1,0 +1,3 @@
+//! The `trimray` program.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Input geometry: polygon meshes from OBJ files.

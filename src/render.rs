@@ -1,0 +1,1 @@
+//! The renderer: a scene to a picture, tile by tile.
