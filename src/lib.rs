@@ -1,7 +1,7 @@
 //! Ray tracing of exactly deformed shapes.
 
 mod film;
-mod mesh;
+pub mod mesh;
 mod scene;
 mod shade;
 mod trace;
