@@ -16,9 +16,6 @@ pub enum Material {
 
 impl Default for Material {
     fn default() -> Self {
-        Self::Diffuse {
-            reflectance: DVec3::splat(0.5),
-            two_sided: true,
-        }
+        Self::Diffuse { reflectance: DVec3::splat(0.5), two_sided: true }
     }
 }

@@ -20,12 +20,7 @@ pub struct Ray {
 impl Ray {
     /// The ray with `t` in `(0, ∞)`.
     pub const fn new(origin: DVec3, direction: DVec3) -> Self {
-        Self {
-            origin,
-            direction,
-            t_min: 0.0,
-            t_max: f64::INFINITY,
-        }
+        Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
     }
 
     /// The point at parameter `t`.
