@@ -1,12 +1,14 @@
 //! Ray tracing of exactly deformed shapes.
 
-mod film;
+pub mod film;
 mod math;
-mod mesh;
-mod patch;
-mod render;
-mod scene;
-mod shade;
+pub mod mesh;
+pub mod patch;
+pub mod render;
+pub mod scene;
+pub mod shade;
 pub mod spline;
-mod subdivide;
-mod trace;
+pub mod subdivide;
+pub mod trace;
+#[cfg(test)]
+mod test_support;
