@@ -9,6 +9,6 @@ pub mod scene;
 pub mod shade;
 pub mod spline;
 pub mod subdivide;
-pub mod trace;
 #[cfg(test)]
 mod test_support;
+pub mod trace;

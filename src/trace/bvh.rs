@@ -46,7 +46,11 @@ impl Bvh {
         let [low, high] = boxes
             .iter()
             .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], b| [low.min(b[0]), high.max(b[1])]);
-        let (centre, extent) = if boxes.is_empty() { (DVec3::ZERO, 0.0) } else { (0.5 * low + 0.5 * high, (high - low).max_element()) };
+        let (centre, extent) = if boxes.is_empty() {
+            (DVec3::ZERO, 0.0)
+        } else {
+            (0.5 * low + 0.5 * high, (high - low).max_element())
+        };
         let scale = if extent > 0.0 { libm::exp2(-libm::ceil(libm::log2(extent))) } else { 1.0 };
         let outward: Vec<_> = boxes
             .iter()
@@ -57,7 +61,11 @@ impl Bvh {
             .collect();
         let mut core_build_time = Duration::ZERO;
         let bvh = build_bvh2(&outward, BvhBuildParams::medium_build(), &mut core_build_time);
-        debug_assert!(boxes.is_empty() || bvh.validate(&outward, false, false).discovered_primitives.len() == boxes.len(), "every box is in the tree");
+        debug_assert!(
+            boxes.is_empty()
+                || bvh.validate(&outward, false, false).discovered_primitives.len() == boxes.len(),
+            "every box is in the tree"
+        );
         Self { bvh, centre, scale }
     }
 
@@ -85,7 +93,10 @@ impl Bvh {
             t_min: ray.t_min,
         };
         // rounding of the origin's shift, as a distance
-        let slack = 4.0 * f64::EPSILON * (ray.origin.abs().max_element() + self.centre.abs().max_element()) * self.scale;
+        let slack = 4.0
+            * f64::EPSILON
+            * (ray.origin.abs().max_element() + self.centre.abs().max_element())
+            * self.scale;
         let mut t_max = ray.t_max;
         let mut stack: Vec<(usize, f64)> = Vec::with_capacity(64);
         if let Some(entry) = slabs.entry(&self.bvh.nodes[0].aabb, slack, t_max) {
@@ -106,8 +117,9 @@ impl Bvh {
                 }
                 continue;
             }
-            let [left, right] = [first, first + 1]
-                .map(|child| slabs.entry(&self.bvh.nodes[child].aabb, slack, t_max).map(|entry| (child, entry)));
+            let [left, right] = [first, first + 1].map(|child| {
+                slabs.entry(&self.bvh.nodes[child].aabb, slack, t_max).map(|entry| (child, entry))
+            });
             match (left, right) {
                 (Some(a), Some(b)) => {
                     let (near, far) = if a.1 <= b.1 { (a, b) } else { (b, a) };
@@ -203,7 +215,10 @@ mod tests {
                     let t = (middle - origin).dot(direction) / direction.length_squared();
                     let p = ray.at(t);
                     let crossed = p.cmpge(low).all() && p.cmple(high).all() && t > 0.0;
-                    assert!(!crossed || visited[index], "box {index} crossed but not visited at scale {scale}");
+                    assert!(
+                        !crossed || visited[index],
+                        "box {index} crossed but not visited at scale {scale}"
+                    );
                 }
             }
         }

@@ -77,7 +77,8 @@ mod tests {
     #[test]
     fn a_linear_function_is_clipped_to_its_zero() {
         // distance across the line y = 0 is -y: zero at s = 0.25 for every t
-        let points = [DVec2::new(0.0, -1.0), DVec2::new(1.0, -1.0), DVec2::new(0.0, 3.0), DVec2::new(1.0, 3.0)];
+        let points =
+            [DVec2::new(0.0, -1.0), DVec2::new(1.0, -1.0), DVec2::new(0.0, 3.0), DVec2::new(1.0, 3.0)];
         let range = clip(&points, [1, 1], Parameter::S, DVec2::X, 0.0).unwrap();
         assert!((range[0] - 0.25).abs() < 1e-15 && (range[1] - 0.25).abs() < 1e-15, "{range:?}");
         let range = clip(&points, [1, 1], Parameter::T, DVec2::X, 0.0).unwrap();

@@ -28,7 +28,13 @@ pub(crate) enum NewtonOutcome {
 ///
 /// Ends when a step no longer lessens the residual that is already within the net's rounding, so that the root is as
 /// good as the net's evaluation allows.
-pub(crate) fn newton(net: &ProjectedNet, start: DVec2, low: DVec2, high: DVec2, steps: &mut u64) -> NewtonOutcome {
+pub(crate) fn newton(
+    net: &ProjectedNet,
+    start: DVec2,
+    low: DVec2,
+    high: DVec2,
+    steps: &mut u64,
+) -> NewtonOutcome {
     let reach = REACH * (high - low);
     let (from, to) = (low - reach, high + reach);
     let mut st = start;

@@ -170,7 +170,14 @@ impl TracedScene {
     }
 
     /// All hits of one patch.
-    fn intersect(&self, index: usize, ray: &Ray, across: &AcrossRay, scratch: &mut Scratch, mut report: impl FnMut(PatchHit)) {
+    fn intersect(
+        &self,
+        index: usize,
+        ray: &Ray,
+        across: &AcrossRay,
+        scratch: &mut Scratch,
+        mut report: impl FnMut(PatchHit),
+    ) {
         let reference = &self.references[index];
         let trimmed = &self.objects[reference.object as usize].patches[reference.patch as usize];
         let Scratch { net, search, statistics } = scratch;
@@ -182,7 +189,8 @@ impl TracedScene {
         find_roots(net, search, statistics);
         for root in &search.roots {
             let error = net.rounding / reference.least_weight + trimmed.boundary_error;
-            let Some((trim_loop, on_border)) = find_loop(trimmed, root, error * reference.greatest_weight) else {
+            let Some((trim_loop, on_border)) = find_loop(trimmed, root, error * reference.greatest_weight)
+            else {
                 statistics.trimmed += 1;
                 continue;
             };
@@ -235,7 +243,8 @@ impl TracedScene {
 impl PatchReference {
     /// Bound on the rounding of each coordinate of an evaluated point.
     fn position_error(&self) -> f64 {
-        gamma(EVAL_OPERATIONS) * self.magnitude / self.least_weight * (self.greatest_weight / self.least_weight)
+        gamma(EVAL_OPERATIONS) * self.magnitude / self.least_weight
+            * (self.greatest_weight / self.least_weight)
     }
 }
 
@@ -280,5 +289,119 @@ impl Geometry for TracedScene {
             f64::NEG_INFINITY
         });
         found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::subdivide::FrameChoice;
+    use crate::test_support::{Noise, ball_triangles, cube_triangles, deform, random_volume, scene_of};
+    use crate::trace::closest_hit_by_subdivision;
+
+    const FRAMES: [FrameChoice; 2] = [FrameChoice::Parallelogram, FrameChoice::Rectangle];
+
+    #[test]
+    fn an_undeformed_cube_is_hit_where_arithmetic_says() {
+        let scene = scene_of(deform(&cube_triangles(), None, FrameChoice::Parallelogram));
+        let ray = Ray::new(DVec3::new(0.3, 0.4, -2.0), DVec3::new(0.0, 0.0, 2.0));
+        let hits = scene.all(&ray);
+        assert_eq!(hits.iter().map(|h| h.t).collect::<Vec<_>>(), [1.0, 1.5]);
+        let hit = scene.closest_hit(&ray).unwrap();
+        assert!((hit.position - DVec3::new(0.3, 0.4, 0.0)).length() <= f64::EPSILON, "{}", hit.position);
+        assert_eq!(hit.normal, DVec3::NEG_Z);
+        assert!(hit.uv.is_nan());
+        assert!(scene.any_hit(&ray));
+        assert!(!scene.any_hit(&Ray { t_max: 0.99, ..ray }));
+        assert!(scene.closest_hit(&Ray { t_min: 1.6, ..ray }).is_none());
+    }
+
+    #[test]
+    fn planted_roots_are_found() {
+        let mut noise = Noise(17);
+        for case in 0..60 {
+            let degree = [1 + case % 4, 1 + case / 4 % 4, 1 + case / 16 % 4];
+            let volume = random_volume(&mut noise, degree, degree.map(|k| k + 2), 0.3, case % 3 == 0);
+            let patches = deform(&ball_triangles(), Some(&volume), FRAMES[case % 2]);
+            let scene = scene_of(patches);
+            let [object] = scene.objects() else { panic!("one object") };
+            for (number, trimmed) in object.patches.iter().enumerate() {
+                let corners = trimmed.trim.corners(&trimmed.trim.loops()[0]);
+                let st = corners.iter().sum::<DVec2>() / corners.len() as f64;
+                let target = trimmed.patch.eval(st).position;
+                let direction = noise.unit_vector();
+                let ray = Ray::new(target - 3.0 * direction, direction);
+                let found = scene.all(&ray).into_iter().any(|hit| {
+                    hit.patch as usize == number
+                        && (hit.st - st).abs().max_element() < 1e-9
+                        && (hit.t - 3.0).abs() < 1e-9
+                });
+                assert!(found, "case {case} degree {degree:?} patch {number} at {st} along {direction}");
+            }
+        }
+    }
+
+    #[test]
+    fn closest_hits_agree_with_subdivision() {
+        let mut noise = Noise(23);
+        for case in 0..8 {
+            let degree = [2 + case % 2; 3];
+            let volume = random_volume(&mut noise, degree, [5; 3], 0.25, case % 2 == 1);
+            let triangles = if case < 4 { cube_triangles() } else { ball_triangles() };
+            let scene = scene_of(deform(&triangles, Some(&volume), FRAMES[case / 2 % 2]));
+            let mut hits = 0;
+            for number in 0..400 {
+                let target = DVec3::splat(0.5) + 0.6 * noise.vector();
+                let origin = DVec3::splat(0.5) + 2.0 * noise.unit_vector();
+                let ray = Ray::new(origin, target - origin);
+                let want = closest_hit_by_subdivision(&scene, &ray, 1e-13);
+                let got = scene.closest(&ray).map_or(f64::INFINITY, |hit| hit.t);
+                assert!(
+                    got == want || (got - want).abs() < 1e-11,
+                    "case {case} ray {number}: {got}, want {want}"
+                );
+                hits += usize::from(got.is_finite());
+            }
+            assert!(hits > 100, "most rays aim at the solid: {hits}");
+        }
+    }
+
+    #[test]
+    fn rays_from_inside_never_leak() {
+        let mut noise = Noise(31);
+        let volume = random_volume(&mut noise, [2, 3, 2], [5, 5, 6], 0.1, false);
+        for triangles in [cube_triangles(), ball_triangles()] {
+            let scene = scene_of(deform(&triangles, Some(&volume), FrameChoice::Parallelogram));
+            let inside = volume.eval(DVec3::splat(0.5)).unwrap().position;
+            for number in 0..20_000 {
+                let ray = Ray::new(inside, noise.unit_vector());
+                assert!(scene.any_hit(&ray), "ray {number} along {}", ray.direction);
+            }
+            // straight at the corners of trims: vertices, cut points, and points of shared edges
+            for trimmed in &scene.objects()[0].patches {
+                for trim_loop in trimmed.trim.loops() {
+                    let corners = trimmed.trim.corners(trim_loop);
+                    for (i, &a) in corners.iter().enumerate() {
+                        let b = corners[(i + 1) % corners.len()];
+                        for part in [0.0, 0.5, 0.123] {
+                            let target = trimmed.patch.eval(a.lerp(b, part)).position;
+                            let ray = Ray::new(inside, target - inside);
+                            assert!(scene.any_hit(&ray), "aimed at {target}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rays_in_a_face_and_along_edges_end_and_are_counted() {
+        let scene = scene_of(deform(&cube_triangles(), None, FrameChoice::Parallelogram));
+        TracedScene::take_statistics();
+        let in_face = Ray::new(DVec3::new(-1.0, 0.3, 0.0), DVec3::X);
+        let hit = scene.closest(&in_face).expect("the faces across the ray are hit at their border");
+        assert!((hit.t - 1.0).abs() < 1e-12);
+        let statistics = TracedScene::take_statistics();
+        assert!(statistics.in_surface > 0 && statistics.not_converged == 0, "{statistics:?}");
     }
 }

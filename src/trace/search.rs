@@ -123,10 +123,7 @@ impl Search<'_> {
                 Step::Clip(s, t) => {
                     self.restrict(start, s, t);
                     let size = high - low;
-                    (low, high) = (
-                        low + size * DVec2::new(s[0], t[0]),
-                        low + size * DVec2::new(s[1], t[1]),
-                    );
+                    (low, high) = (low + size * DVec2::new(s[0], t[0]), low + size * DVec2::new(s[1], t[1]));
                 }
                 Step::Split(parameter) => {
                     let second = self.split(start, parameter);
@@ -217,7 +214,12 @@ impl Search<'_> {
         }
         let st = 0.5 * (low + high);
         let near = 4.0 * (high - low) + 4.0 * f64::EPSILON;
-        if self.scratch.roots.iter().any(|root| (root.st - st).abs().cmple(near.max(DVec2::splat(1e-7))).all()) {
+        if self
+            .scratch
+            .roots
+            .iter()
+            .any(|root| (root.st - st).abs().cmple(near.max(DVec2::splat(1e-7))).all())
+        {
             return;
         }
         self.statistics.degenerate += 1;
