@@ -3,9 +3,12 @@
 mod camera;
 mod light;
 mod material;
+mod sampler;
 mod settings;
+mod warp;
 
-pub use camera::{CameraSettings, FovAxis};
+pub use camera::{CameraError, CameraSettings, FovAxis, PerspectiveCamera};
 pub use light::Light;
-pub use material::Material;
+pub use material::{BsdfSample, BsdfValue, Material};
+pub use sampler::Sampler;
 pub use settings::{IntegratorKind, RenderSettings};
