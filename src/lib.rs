@@ -1,8 +1,8 @@
 //! Ray tracing of exactly deformed shapes.
 
-mod film;
-mod mesh;
-mod scene;
-mod shade;
-mod trace;
-mod render;
+pub mod film;
+pub mod mesh;
+pub mod render;
+pub mod scene;
+pub mod shade;
+pub mod trace;

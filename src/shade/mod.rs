@@ -3,6 +3,7 @@
 mod camera;
 mod light;
 mod material;
+mod path;
 mod rectangle;
 mod sampler;
 mod scene;
@@ -16,6 +17,7 @@ mod warp;
 pub use camera::{CameraError, CameraSettings, FovAxis, PerspectiveCamera};
 pub use light::{Light, LightEnd, LightError, LightHit, LightSample, LightSet};
 pub use material::{BsdfSample, BsdfValue, Material};
+pub use path::PathIntegrator;
 pub use rectangle::{Rectangle, RectangleHit};
 pub use sampler::Sampler;
 pub use scene::{SceneHit, ShadingScene};
