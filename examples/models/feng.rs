@@ -8,11 +8,7 @@ use super::solid::Solid;
 
 /// The unit cube.
 pub(crate) fn cube() -> Solid {
-    blocks(&Blocks {
-        lines: [&[0.0, 1.0], &[0.0, 1.0], &[0.0, 1.0]],
-        filled: |_| true,
-        apex: |_| None,
-    })
+    blocks(&Blocks { lines: [&[0.0, 1.0], &[0.0, 1.0], &[0.0, 1.0]], filled: |_| true, apex: |_| None })
 }
 
 /// A flat star with five blunt arms: 15 corners, so 2·13 triangles on the ends and 30 on the sides.
@@ -50,10 +46,8 @@ pub(crate) fn letters() -> Solid {
         })
     };
     let d = 1.72;
-    let outer: Vec<_> = [dvec2(d, 1.0), dvec2(d, 0.0)]
-        .into_iter()
-        .chain(arc(d + 0.32, 0.48, 0.5, 15))
-        .collect();
+    let outer: Vec<_> =
+        [dvec2(d, 1.0), dvec2(d, 0.0)].into_iter().chain(arc(d + 0.32, 0.48, 0.5, 15)).collect();
     let inner: Vec<_> = [dvec2(d + 0.24, 0.79), dvec2(d + 0.24, 0.21)]
         .into_iter()
         .chain(arc(d + 0.34, 0.23, 0.29, 13))
@@ -69,11 +63,7 @@ pub(crate) fn letters() -> Solid {
 /// A castle: a plinth, roofed walls around two courts, six towers, a keep and a gate.
 pub(crate) fn castle() -> Solid {
     blocks(&Blocks {
-        lines: [
-            &[0.0, 0.5, 1.5, 2.0],
-            &[0.0, 0.5, 1.25, 1.75, 2.5, 3.0],
-            &[0.0, 0.15, 0.9, 1.3, 1.7, 2.2],
-        ],
+        lines: [&[0.0, 0.5, 1.5, 2.0], &[0.0, 0.5, 1.25, 1.75, 2.5, 3.0], &[0.0, 0.15, 0.9, 1.3, 1.7, 2.2]],
         filled: castle_filled,
         apex: |[i, j, k]| match k {
             1 if !is_tower([i, j]) && [i, j] != KEEP => Some(0.18),
@@ -108,11 +98,7 @@ fn is_tower([i, j]: [usize; 2]) -> bool {
 /// A long bridge on three piers, with parapets that end in pointed posts.
 pub(crate) fn bridge() -> Solid {
     blocks(&Blocks {
-        lines: [
-            &[0.0, 0.15, 0.85, 1.0],
-            &[0.0, 0.4, 1.9, 2.3, 3.8, 4.2],
-            &[0.0, 0.6, 0.8, 1.0],
-        ],
+        lines: [&[0.0, 0.15, 0.85, 1.0], &[0.0, 0.4, 1.9, 2.3, 3.8, 4.2], &[0.0, 0.6, 0.8, 1.0]],
         filled: |[i, j, k]| match k {
             0 => i == 1 && j.is_multiple_of(2),
             1 => true,
@@ -157,8 +143,8 @@ pub(crate) fn knot() -> Solid {
         };
         let before = direction(i + 11);
         let after = direction(i + 1);
-        let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
-            .map(|(a, b)| (u * a + v * b) * HALF_WIDTH);
+        let corners =
+            [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(a, b)| (u * a + v * b) * HALF_WIDTH);
         for side in 0..4 {
             let [a, b] = [corners[side], corners[(side + 1) % 4]];
             solid.fan(&[
@@ -208,29 +194,15 @@ pub(crate) fn fish() -> Solid {
 const FISH_CORNERS: usize = 16;
 
 fn fish_ring(&[x, top, bottom, half_width, sweep]: &[f64; 5]) -> [DVec3; FISH_CORNERS] {
-    let section = Section {
-        x,
-        top,
-        bottom,
-        half_width,
-        sweep,
-    };
+    let section = Section { x, top, bottom, half_width, sweep };
     std::array::from_fn(|i| {
         // counter-clockwise seen from the tail, from the top
         let angle = TAU * i as f64 / FISH_CORNERS as f64 + FRAC_PI_2;
         let (side, up) = (angle.cos(), angle.sin());
         let middle = section.bottom.mul_add(0.5, section.top * 0.5);
-        let reach = if up > 0.0 {
-            section.top - middle
-        } else {
-            middle - section.bottom
-        };
+        let reach = if up > 0.0 { section.top - middle } else { middle - section.bottom };
         let back = section.sweep * up.abs().powi(2);
-        dvec3(
-            section.x + back,
-            side * section.half_width,
-            middle + up * reach,
-        )
+        dvec3(section.x + back, side * section.half_width, middle + up * reach)
     })
 }
 
@@ -312,17 +284,9 @@ fn blocks(blocks: &Blocks<'_>) -> Solid {
 fn block(solid: &mut Solid, blocks: &Blocks<'_>, cell: [usize; 3], cells: [usize; 3]) {
     for axis in 0..3 {
         for forward in [false, true] {
-            let outside = if forward {
-                cell[axis] + 1 == cells[axis]
-            } else {
-                cell[axis] == 0
-            };
+            let outside = if forward { cell[axis] + 1 == cells[axis] } else { cell[axis] == 0 };
             let mut neighbour = cell;
-            neighbour[axis] = if forward {
-                cell[axis] + 1
-            } else {
-                cell[axis].wrapping_sub(1)
-            };
+            neighbour[axis] = if forward { cell[axis] + 1 } else { cell[axis].wrapping_sub(1) };
             if !outside && (blocks.filled)(neighbour) {
                 continue;
             }

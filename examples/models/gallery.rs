@@ -26,22 +26,14 @@ fn facade(half: f64, depth: f64) -> Vec<DVec2> {
         for i in 1..strips {
             let y = half * (2.0 * f64::from(i) / f64::from(strips) - 1.0);
             let inner = [half - depth, half];
-            let (first, second) = if i % 2 == 1 {
-                (inner[1], inner[0])
-            } else {
-                (inner[0], inner[1])
-            };
+            let (first, second) = if i % 2 == 1 { (inner[1], inner[0]) } else { (inner[0], inner[1]) };
             side.extend([dvec2(first, y), dvec2(second, y)]);
         }
     }
     (0..4u32)
         .flat_map(|quarter| {
-            let turn = [
-                dvec2(1.0, 0.0),
-                dvec2(0.0, 1.0),
-                dvec2(-1.0, 0.0),
-                dvec2(0.0, -1.0),
-            ][quarter as usize];
+            let turn =
+                [dvec2(1.0, 0.0), dvec2(0.0, 1.0), dvec2(-1.0, 0.0), dvec2(0.0, -1.0)][quarter as usize];
             side.clone().into_iter().map(move |p| turn.rotate(p))
         })
         .collect()
@@ -69,12 +61,7 @@ pub(crate) fn town() -> Solid {
     let mut solid = Solid::default();
     for [x, y, half_x, half_y, height] in HOUSES {
         let corner = |a: f64, b: f64| dvec2(x + a * half_x, y + b * half_y);
-        let outline = [
-            corner(-1.0, -1.0),
-            corner(1.0, -1.0),
-            corner(1.0, 1.0),
-            corner(-1.0, 1.0),
-        ];
+        let outline = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
         solid.prism(&outline, [0.0, height]);
     }
     solid
@@ -89,9 +76,8 @@ pub(crate) fn word() -> Solid {
     let mut solid = Solid::default();
     let mut x = 0.0;
     for letter in [T, R, I, M, R, A, Y] {
-        let moved = |points: &[[f64; 2]]| -> Vec<_> {
-            points.iter().map(|&[u, v]| dvec2(x + u, v)).collect()
-        };
+        let moved =
+            |points: &[[f64; 2]]| -> Vec<_> { points.iter().map(|&[u, v]| dvec2(x + u, v)).collect() };
         let outline = moved(letter.outline);
         if letter.hole.is_empty() {
             solid.prism(&outline, DEPTH);
@@ -113,11 +99,7 @@ struct Letter {
     dot: &'static [[f64; 2]],
 }
 
-const PLAIN: Letter = Letter {
-    outline: &[],
-    hole: &[],
-    dot: &[],
-};
+const PLAIN: Letter = Letter { outline: &[], hole: &[], dot: &[] };
 
 #[rustfmt::skip]
 const T: Letter = Letter {

@@ -36,19 +36,13 @@ fn main() -> Result<(), Box<dyn error::Error>> {
 
 fn save(folder: &Path, name: &str, solid: &Solid) -> Result<(), Box<dyn error::Error>> {
     fs::write(folder.join(name).with_extension("obj"), solid.to_obj(name))?;
-    println!(
-        "{name}: {} faces, {} triangles",
-        solid.face_count(),
-        solid.triangle_count()
-    );
+    println!("{name}: {} faces, {} triangles", solid.face_count(), solid.triangle_count());
     Ok(())
 }
 
 /// One square of side 2 in the plane z = 0; scenes scale it.
 fn ground() -> Solid {
     let mut solid = Solid::default();
-    solid.face(
-        &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| [x, y, 0.0].into()),
-    );
+    solid.face(&[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| [x, y, 0.0].into()));
     solid
 }

@@ -63,12 +63,7 @@ impl Solid {
         let reversed: Vec<_> = hole.iter().rev().copied().collect();
         for ring in [outline, &reversed] {
             for (a, b) in sides(ring) {
-                self.fan(&[
-                    a.extend(z[0]),
-                    b.extend(z[0]),
-                    b.extend(z[1]),
-                    a.extend(z[1]),
-                ]);
+                self.fan(&[a.extend(z[0]), b.extend(z[0]), b.extend(z[1]), a.extend(z[1])]);
             }
         }
     }
@@ -80,12 +75,7 @@ impl Solid {
         self.face(&top);
         self.face(&bottom);
         for (a, b) in sides(outline) {
-            self.face(&[
-                a.extend(z[0]),
-                b.extend(z[0]),
-                b.extend(z[1]),
-                a.extend(z[1]),
-            ]);
+            self.face(&[a.extend(z[0]), b.extend(z[0]), b.extend(z[1]), a.extend(z[1])]);
         }
     }
 
@@ -102,10 +92,7 @@ impl Solid {
         for (&(a, b), &count) in &edges {
             let (p, q) = (self.vertices[a], self.vertices[b]);
             assert_eq!(count, 1, "{name}: edge {p} {q} is there {count} times");
-            assert!(
-                edges.contains_key(&(b, a)),
-                "{name}: edge {p} {q} has no neighbour"
-            );
+            assert!(edges.contains_key(&(b, a)), "{name}: edge {p} {q} has no neighbour");
         }
         assert!(self.volume() > 0.0, "{name}: inside out");
         if let Some(triangles) = triangles {
@@ -114,10 +101,8 @@ impl Solid {
     }
 
     fn volume(&self) -> f64 {
-        let fans = self
-            .faces
-            .iter()
-            .flat_map(|face| face[1..].windows(2).map(|pair| [face[0], pair[0], pair[1]]));
+        let fans =
+            self.faces.iter().flat_map(|face| face[1..].windows(2).map(|pair| [face[0], pair[0], pair[1]]));
         fans.map(|triangle| triangle.map(|i| self.vertices[i]))
             .map(|[a, b, c]| a.dot(b.cross(c)))
             .sum::<f64>()
@@ -144,27 +129,20 @@ impl Solid {
         let steps = p.to_array().map(step);
         *self.welded.entry(steps).or_insert_with(|| {
             // a division, since that gives the double next to the decimal number
-            self.vertices.push(DVec3::from_array(
-                steps.map(|step| step as f64 / GRID.recip().round()),
-            ));
+            self.vertices.push(DVec3::from_array(steps.map(|step| step as f64 / GRID.recip().round())));
             self.vertices.len() - 1
         })
     }
 }
 
 /// Number of grid steps next to a coordinate.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "models measure a few units, a step is a millionth"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "models measure a few units, a step is a millionth")]
 fn step(x: f64) -> i64 {
     (x / GRID).round() as i64
 }
 
 fn sides(ring: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> {
-    ring.iter()
-        .copied()
-        .zip(ring.iter().copied().cycle().skip(1))
+    ring.iter().copied().zip(ring.iter().copied().cycle().skip(1))
 }
 
 /// Triangles of an outline, each time the best-shaped ear.
@@ -175,21 +153,13 @@ fn cut_ears(outline: &[DVec2]) -> Vec<[DVec2; 3]> {
         let n = rest.len();
         let corner = |i: usize| [rest[(i + n - 1) % n], rest[i], rest[(i + 1) % n]];
         let quality = |[a, b, c]: [DVec2; 3]| {
-            let longest = a
-                .distance_squared(b)
-                .max(b.distance_squared(c))
-                .max(c.distance_squared(a));
+            let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
             (b - a).perp_dot(c - a) / longest
         };
         let is_ear = |[a, b, c]: [DVec2; 3]| {
-            let within = |p: DVec2| {
-                [(a, b), (b, c), (c, a)]
-                    .iter()
-                    .all(|&(q, r)| (r - q).perp_dot(p - q) >= -1e-12)
-            };
-            !rest
-                .iter()
-                .any(|&p| p != a && p != b && p != c && within(p))
+            let within =
+                |p: DVec2| [(a, b), (b, c), (c, a)].iter().all(|&(q, r)| (r - q).perp_dot(p - q) >= -1e-12);
+            !rest.iter().any(|&p| p != a && p != b && p != c && within(p))
         };
         let ears = (0..n).filter(|&i| quality(corner(i)) > 1e-9 && is_ear(corner(i)));
         let best = ears.max_by(|&i, &j| quality(corner(i)).total_cmp(&quality(corner(j))));

@@ -21,11 +21,7 @@ pub struct FilmSettings {
 
 impl Default for FilmSettings {
     fn default() -> Self {
-        Self {
-            size: [512, 512],
-            filter: Filter::Box,
-            crop: None,
-        }
+        Self { size: [512, 512], filter: Filter::Box, crop: None }
     }
 }
 

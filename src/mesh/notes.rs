@@ -74,29 +74,14 @@ impl fmt::Display for MeshNotes {
         }
         if !self.self_intersecting_faces.is_empty() {
             let faces = named_faces(&self.self_intersecting_faces);
-            write!(
-                f,
-                "\nself-intersecting, cut into fans of triangles: {faces}"
-            )?;
+            write!(f, "\nself-intersecting, cut into fans of triangles: {faces}")?;
         }
         let counts = [
-            (
-                self.triangulated_nonplanar,
-                "face",
-                "not planar, triangulated",
-            ),
+            (self.triangulated_nonplanar, "face", "not planar, triangulated"),
             (self.triangulated_concave, "face", "concave, triangulated"),
-            (
-                self.repeated_corners,
-                "corner",
-                "the same as the one before, dropped",
-            ),
+            (self.repeated_corners, "corner", "the same as the one before, dropped"),
             (self.unused_positions, "vertex", "used by no face"),
-            (
-                self.weighted_positions,
-                "vertex",
-                "divided by a fourth coordinate",
-            ),
+            (self.weighted_positions, "vertex", "divided by a fourth coordinate"),
             (self.coloured_positions, "vertex", "with a colour, not used"),
         ];
         for (count, noun, what) in counts {
@@ -130,11 +115,7 @@ fn named_faces(faces: &[u32]) -> String {
         text.push_str(if i == 0 { " (" } else { ", " });
         text.push_str(&face.to_string());
     }
-    text.push_str(if faces.len() > FACES_NAMED {
-        ", …)"
-    } else {
-        ")"
-    });
+    text.push_str(if faces.len() > FACES_NAMED { ", …)" } else { ")" });
     text
 }
 
@@ -168,14 +149,8 @@ mod tests {
 
     #[test]
     fn merging_keeps_what_only_the_file_knows() {
-        let file = MeshNotes {
-            coloured_positions: 3,
-            ..MeshNotes::default()
-        };
-        let prepared = MeshNotes {
-            polygons: 5,
-            ..MeshNotes::default()
-        };
+        let file = MeshNotes { coloured_positions: 3, ..MeshNotes::default() };
+        let prepared = MeshNotes { polygons: 5, ..MeshNotes::default() };
         let both = file.merged(prepared);
         assert_eq!((both.coloured_positions, both.polygons), (3, 5));
     }

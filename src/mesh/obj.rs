@@ -89,12 +89,7 @@ impl fmt::Display for FaultList<'_> {
             write!(f, "{separator}{}:{fault}", self.path.display())?;
         }
         if self.more > 0 {
-            write!(
-                f,
-                "\n{}: and {} more faults",
-                self.path.display(),
-                self.more
-            )?;
+            write!(f, "\n{}: and {} more faults", self.path.display(), self.more)?;
         }
         Ok(())
     }
@@ -112,14 +107,9 @@ impl fmt::Display for FaultList<'_> {
 /// See [`ObjError`]; all faults of a file come at once.
 pub fn load_obj(path: impl AsRef<Path>) -> Result<(PolygonMesh, MeshNotes), ObjError> {
     let path = path.as_ref();
-    let read_error = |source| ObjError::Read {
-        path: path.to_owned(),
-        source,
-    };
+    let read_error = |source| ObjError::Read { path: path.to_owned(), source };
     if fs::metadata(path).map_err(read_error)?.is_dir() {
-        return Err(ObjError::Folder {
-            path: path.to_owned(),
-        });
+        return Err(ObjError::Folder { path: path.to_owned() });
     }
     let bytes = fs::read(path).map_err(read_error)?;
     parse_obj(path, &bytes)
@@ -134,21 +124,13 @@ fn parse_obj(path: &Path, bytes: &[u8]) -> Result<(PolygonMesh, MeshNotes), ObjE
         more: faults.more,
     })?;
     if scan.arities.is_empty() {
-        return Err(ObjError::NoFaces {
-            path: path.to_owned(),
-            positions: scan.positions,
-        });
+        return Err(ObjError::NoFaces { path: path.to_owned(), positions: scan.positions });
     }
-    let loaded = load_plain(&scan).map_err(|what| ObjError::Loader {
-        path: path.to_owned(),
-        what,
-    })?;
+    let loaded = load_plain(&scan).map_err(|what| ObjError::Loader { path: path.to_owned(), what })?;
     let mut notes = scan.notes;
     let parts = parts_of(loaded, scan.arities, scan.face_objects, scan.object_names);
-    let mesh = PolygonMesh::try_new(parts).map_err(|source| ObjError::Mesh {
-        path: path.to_owned(),
-        source,
-    })?;
+    let mesh =
+        PolygonMesh::try_new(parts).map_err(|source| ObjError::Mesh { path: path.to_owned(), source })?;
     notes.faces = mesh.face_count();
     notes.triangles = mesh.triangle_count();
     notes.positions = mesh.positions().len();
@@ -161,14 +143,9 @@ fn text_of<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, ObjError> {
     let not_text = |before: &[u8], found| ObjError::NotText {
         path: path.to_owned(),
         line: before.iter().filter(|&&byte| byte == b'\n').count() + 1,
-        column: String::from_utf8_lossy(
-            before
-                .rsplit(|&byte| byte == b'\n')
-                .next()
-                .unwrap_or_default(),
-        )
-        .chars()
-        .count()
+        column: String::from_utf8_lossy(before.rsplit(|&byte| byte == b'\n').next().unwrap_or_default())
+            .chars()
+            .count()
             + 1,
         found,
     };
@@ -180,26 +157,20 @@ fn text_of<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, ObjError> {
     }
     match std::str::from_utf8(bytes) {
         Ok(text) => Ok(text.strip_prefix('\u{feff}').unwrap_or(text)),
-        Err(error) => Err(not_text(
-            &bytes[..error.valid_up_to()],
-            "a byte that is not UTF-8",
-        )),
+        Err(error) => Err(not_text(&bytes[..error.valid_up_to()], "a byte that is not UTF-8")),
     }
 }
 
 /// Loads the rewritten file and checks the loader's result against the scan.
 fn load_plain(scan: &Scan) -> Result<tobj::Mesh, String> {
-    let options = tobj::LoadOptions {
-        ignore_points: true,
-        ignore_lines: true,
-        ..tobj::LoadOptions::default()
-    };
+    let options =
+        tobj::LoadOptions { ignore_points: true, ignore_lines: true, ..tobj::LoadOptions::default() };
     // never called: the rewritten file names no materials
     let no_materials = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
     let (models, _) = tobj::load_obj_buf(&mut scan.text.as_bytes(), &options, no_materials)
         .map_err(|error| error.to_string())?;
-    let [model] = <[tobj::Model; 1]>::try_from(models)
-        .map_err(|models| format!("{} models", models.len()))?;
+    let [model] =
+        <[tobj::Model; 1]>::try_from(models).map_err(|models| format!("{} models", models.len()))?;
     let mesh = model.mesh;
     // the loader leaves the arities out where all faces are triangles
     let same = if mesh.face_arities.is_empty() {
@@ -209,10 +180,7 @@ fn load_plain(scan: &Scan) -> Result<tobj::Mesh, String> {
     };
     let corners = mesh.indices.len();
     if !same || mesh.texcoord_indices.len() != corners || mesh.normal_indices.len() != corners {
-        return Err(format!(
-            "{} faces, {corners} corners in all",
-            mesh.face_arities.len()
-        ));
+        return Err(format!("{} faces, {corners} corners in all", mesh.face_arities.len()));
     }
     Ok(mesh)
 }
@@ -224,13 +192,8 @@ fn parts_of(
     face_objects: Vec<u32>,
     object_names: Vec<String>,
 ) -> MeshParts {
-    let triples =
-        |flat: &[f64]| -> Vec<DVec3> { flat.chunks_exact(3).map(DVec3::from_slice).collect() };
-    let mut uvs: Vec<_> = loaded
-        .texcoords
-        .chunks_exact(2)
-        .map(DVec2::from_slice)
-        .collect();
+    let triples = |flat: &[f64]| -> Vec<DVec3> { flat.chunks_exact(3).map(DVec3::from_slice).collect() };
+    let mut uvs: Vec<_> = loaded.texcoords.chunks_exact(2).map(DVec2::from_slice).collect();
     let mut normals = triples(&loaded.normals);
     let no_uv = take_out(&mut uvs, |uv| uv.is_nan());
     let no_normal = take_out(&mut normals, |normal| normal.is_nan());

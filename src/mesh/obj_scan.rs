@@ -190,11 +190,7 @@ fn add_tokens<'a>(line: &'a str, line_at: LineAt, statement: &mut Vec<Token<'a>>
             return false;
         }
         let offset = text.as_ptr() as usize - line.as_ptr() as usize;
-        statement.push(Token {
-            text,
-            at: line_at.start + offset,
-            line: line_at,
-        });
+        statement.push(Token { text, at: line_at.start + offset, line: line_at });
     }
     // a lone backslash on a line by itself goes on only if there is something to go on with
     continued && (statement.len() > before || before > 0)
@@ -250,11 +246,7 @@ impl<'a> Scanner<'a> {
             "f" => self.face(keyword, values),
             "o" | "g" => {
                 let words: Vec<_> = values.iter().map(|token| token.text).collect();
-                self.name = if words.is_empty() {
-                    UNNAMED.to_owned()
-                } else {
-                    words.join(" ")
-                };
+                self.name = if words.is_empty() { UNNAMED.to_owned() } else { words.join(" ") };
             }
             "s" | "usemtl" | "mtllib" => {}
             other => self.ignore(other),
@@ -262,11 +254,7 @@ impl<'a> Scanner<'a> {
     }
 
     fn ignore(&mut self, keyword: &str) {
-        let keyword = if keyword.len() > LONGEST_QUOTE {
-            "other"
-        } else {
-            keyword
-        };
+        let keyword = if keyword.len() > LONGEST_QUOTE { "other" } else { keyword };
         if let Some(count) = self.ignored.get_mut(keyword) {
             *count += 1;
         } else {
@@ -308,10 +296,7 @@ impl<'a> Scanner<'a> {
             return;
         }
         if values.len() == 1 {
-            let v = Token {
-                text: "0",
-                ..values[0]
-            };
+            let v = Token { text: "0", ..values[0] };
             self.write_numbers("vt", &[values[0], v]);
         } else {
             self.write_numbers("vt", &values[..2]);
@@ -338,9 +323,7 @@ impl<'a> Scanner<'a> {
         }
         self.scan.text.push('\n');
         // more corners than this do not fit in memory as text; the mesh's constructor checks the sum
-        self.scan
-            .arities
-            .push(u32::try_from(values.len()).unwrap_or(u32::MAX));
+        self.scan.arities.push(u32::try_from(values.len()).unwrap_or(u32::MAX));
         let next = u32::try_from(self.names.len()).unwrap_or(u32::MAX);
         let object = match self.names.get(&self.name) {
             Some(&object) => object,
@@ -379,13 +362,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// The index counted from 1, or `None` after noting the fault.
-    fn resolve(
-        &mut self,
-        token: &Token<'_>,
-        kind: IndexKind,
-        slot: usize,
-        index: i64,
-    ) -> Option<usize> {
+    fn resolve(&mut self, token: &Token<'_>, kind: IndexKind, slot: usize, index: i64) -> Option<usize> {
         let count = self.counts[slot];
         if index == 0 {
             self.fault(token, FaultKind::ZeroIndex(kind));
@@ -397,12 +374,7 @@ impl<'a> Scanner<'a> {
         };
         if index > 0 {
             if magnitude > count {
-                self.forward.push(ForwardReference {
-                    at: token.at,
-                    line: token.line,
-                    kind,
-                    index,
-                });
+                self.forward.push(ForwardReference { at: token.at, line: token.line, kind, index });
             }
             return Some(magnitude);
         }
@@ -442,20 +414,12 @@ impl<'a> Scanner<'a> {
         found: usize,
         expected: &'static str,
     ) {
-        self.fault(
-            token,
-            FaultKind::ValueCount {
-                keyword,
-                found,
-                expected,
-            },
-        );
+        self.fault(token, FaultKind::ValueCount { keyword, found, expected });
     }
 
     fn fault(&mut self, token: &Token<'_>, kind: FaultKind) {
         if self.faults.len() < MOST_FAULTS {
-            self.faults
-                .push(placed(self.file, token.at, token.line, kind));
+            self.faults.push(placed(self.file, token.at, token.line, kind));
         } else {
             self.more += 1;
         }
@@ -464,12 +428,7 @@ impl<'a> Scanner<'a> {
     fn finish(mut self) -> Result<Scan, Faults> {
         let mut late = Vec::new();
         for reference in std::mem::take(&mut self.forward) {
-            let ForwardReference {
-                at,
-                line,
-                kind,
-                index,
-            } = reference;
+            let ForwardReference { at, line, kind, index } = reference;
             let count = self.counts[kind as usize];
             if usize::try_from(index).is_ok_and(|index| index <= count) {
                 continue;
@@ -486,10 +445,7 @@ impl<'a> Scanner<'a> {
         self.more += self.faults.len().saturating_sub(MOST_FAULTS);
         self.faults.truncate(MOST_FAULTS);
         if !self.faults.is_empty() {
-            return Err(Faults {
-                listed: self.faults,
-                more: self.more,
-            });
+            return Err(Faults { listed: self.faults, more: self.more });
         }
         let mut ignored: Vec<_> = self.ignored.into_iter().collect();
         ignored.sort();
@@ -500,20 +456,13 @@ impl<'a> Scanner<'a> {
 }
 
 fn placed(file: &str, at: usize, line: LineAt, kind: FaultKind) -> ObjFault {
-    ObjFault {
-        line: line.number,
-        column: file[line.start..at].chars().count() + 1,
-        kind,
-    }
+    ObjFault { line: line.number, column: file[line.start..at].chars().count() + 1, kind }
 }
 
 /// A piece of the file for a message: short, and without control characters.
 fn quote(text: &str) -> String {
-    let mut quoted: String = text
-        .chars()
-        .take(LONGEST_QUOTE)
-        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
-        .collect();
+    let mut quoted: String =
+        text.chars().take(LONGEST_QUOTE).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
     if text.chars().nth(LONGEST_QUOTE).is_some() {
         quoted.push('…');
     }

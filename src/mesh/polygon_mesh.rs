@@ -145,11 +145,7 @@ impl PolygonMesh {
             if parts.corners.iter().all(|corner| index(corner).is_none()) {
                 return Vec::new();
             }
-            parts
-                .corners
-                .iter()
-                .map(|corner| index(corner).unwrap_or(NONE))
-                .collect()
+            parts.corners.iter().map(|corner| index(corner).unwrap_or(NONE)).collect()
         };
         Ok(Self {
             corner_positions: parts.corners.iter().map(|corner| corner.position).collect(),
@@ -239,12 +235,7 @@ impl PolygonMesh {
         self.face_starts.windows(2).map(move |range| {
             let index = next;
             next += 1;
-            Face {
-                mesh: self,
-                index,
-                start: range[0] as usize,
-                end: range[1] as usize,
-            }
+            Face { mesh: self, index, start: range[0] as usize, end: range[1] as usize }
         })
     }
 
@@ -296,12 +287,7 @@ impl<'a> Face<'a> {
 }
 
 fn check_sizes(parts: &MeshParts) -> Result<(), MeshError> {
-    let sizes = [
-        parts.corners.len(),
-        parts.positions.len(),
-        parts.uvs.len(),
-        parts.normals.len(),
-    ];
+    let sizes = [parts.corners.len(), parts.positions.len(), parts.uvs.len(), parts.normals.len()];
     if sizes.iter().any(|&size| size >= NONE as usize) {
         return Err(MeshError::TooLarge);
     }
@@ -319,10 +305,7 @@ fn check_sizes(parts: &MeshParts) -> Result<(), MeshError> {
 
 fn check_finite(parts: &MeshParts) -> Result<(), MeshError> {
     let faults = [
-        (
-            "position",
-            parts.positions.iter().position(|p| !p.is_finite()),
-        ),
+        ("position", parts.positions.iter().position(|p| !p.is_finite())),
         ("uv", parts.uvs.iter().position(|uv| !uv.is_finite())),
         ("normal", parts.normals.iter().position(|n| !n.is_finite())),
     ];
@@ -340,17 +323,9 @@ fn check_faces(parts: &MeshParts) -> Result<(), MeshError> {
         return Err(MeshError::TooFewCorners { face, arity });
     }
     let count = parts.object_names.len();
-    if let Some(face) = parts
-        .face_objects
-        .iter()
-        .position(|&object| object as usize >= count)
-    {
+    if let Some(face) = parts.face_objects.iter().position(|&object| object as usize >= count) {
         let object = parts.face_objects[face];
-        return Err(MeshError::UnknownObject {
-            face,
-            object,
-            count,
-        });
+        return Err(MeshError::UnknownObject { face, object, count });
     }
     for (corner, refs) in parts.corners.iter().enumerate() {
         let indices = [
@@ -360,12 +335,7 @@ fn check_faces(parts: &MeshParts) -> Result<(), MeshError> {
         ];
         for (what, index, count) in indices {
             if let Some(index) = index.filter(|&index| index as usize >= count) {
-                return Err(MeshError::OutOfRange {
-                    corner,
-                    what,
-                    index,
-                    count,
-                });
+                return Err(MeshError::OutOfRange { corner, what, index, count });
             }
         }
     }
@@ -377,11 +347,7 @@ mod tests {
     use super::*;
 
     fn corner(position: u32) -> Corner {
-        Corner {
-            position,
-            uv: None,
-            normal: None,
-        }
+        Corner { position, uv: None, normal: None }
     }
 
     fn parts() -> MeshParts {
@@ -401,23 +367,10 @@ mod tests {
         let mut parts = parts();
         parts.corners[4].uv = Some(0);
         let mesh = PolygonMesh::try_new(parts).unwrap();
-        assert_eq!(
-            (
-                mesh.face_count(),
-                mesh.corner_count(),
-                mesh.triangle_count()
-            ),
-            (2, 7, 3)
-        );
+        assert_eq!((mesh.face_count(), mesh.corner_count(), mesh.triangle_count()), (2, 7, 3));
         let quad: Vec<_> = mesh.face(1).corners().collect();
-        assert_eq!(
-            quad.iter().map(|c| c.position).collect::<Vec<_>>(),
-            [0, 1, 3, 2]
-        );
-        assert_eq!(
-            quad.iter().map(|c| c.uv).collect::<Vec<_>>(),
-            [None, Some(0), None, None]
-        );
+        assert_eq!(quad.iter().map(|c| c.position).collect::<Vec<_>>(), [0, 1, 3, 2]);
+        assert_eq!(quad.iter().map(|c| c.uv).collect::<Vec<_>>(), [None, Some(0), None, None]);
         assert!(mesh.has_uvs() && !mesh.has_normals());
         assert_eq!(mesh.faces().map(|f| f.arity()).collect::<Vec<_>>(), [3, 4]);
         assert_eq!(mesh.object_names()[mesh.face(1).object() as usize], "a");
@@ -429,22 +382,10 @@ mod tests {
         let cases: [(Spoil, &str); 7] = [
             (|p| p.positions[2].y = f64::NAN, "position 2 is not finite"),
             (|p| p.uvs[0].x = f64::INFINITY, "uv 0 is not finite"),
-            (
-                |p| p.arities = vec![2, 5],
-                "face 0 has 2 corners, at least 3 are needed",
-            ),
-            (
-                |p| p.corners[3].position = 4,
-                "corner 3 refers to position 4, but there are 4",
-            ),
-            (
-                |p| p.corners[0].uv = Some(1),
-                "corner 0 refers to uv 1, but there are 1",
-            ),
-            (
-                |p| p.face_objects[1] = 1,
-                "face 1 belongs to object 1, but there are 1",
-            ),
+            (|p| p.arities = vec![2, 5], "face 0 has 2 corners, at least 3 are needed"),
+            (|p| p.corners[3].position = 4, "corner 3 refers to position 4, but there are 4"),
+            (|p| p.corners[0].uv = Some(1), "corner 0 refers to uv 1, but there are 1"),
+            (|p| p.face_objects[1] = 1, "face 1 belongs to object 1, but there are 1"),
             (
                 |p| p.arities = vec![3, 3],
                 "7 corners and 2 object indices for faces with 6 corners in 2 faces",

@@ -36,29 +36,19 @@ pub struct Polygon<'a> {
 
 impl PolygonSet {
     pub(super) fn new() -> Self {
-        Self {
-            starts: vec![0],
-            ..Self::default()
-        }
+        Self { starts: vec![0], ..Self::default() }
     }
 
     /// Appends a polygon; `uvs` is empty for all polygons of a set or for none.
     pub(super) fn push(&mut self, polygon: Polygon<'_>) {
-        debug_assert!(
-            polygon.positions.len() >= 3,
-            "a polygon has at least three corners"
-        );
-        debug_assert!(
-            polygon.normal.is_finite(),
-            "the normal of a polygon is finite"
-        );
+        debug_assert!(polygon.positions.len() >= 3, "a polygon has at least three corners");
+        debug_assert!(polygon.normal.is_finite(), "the normal of a polygon is finite");
         self.faces.push(polygon.face);
         self.normals.push(polygon.normal);
         self.positions.extend_from_slice(polygon.positions);
         self.uvs.extend_from_slice(polygon.uvs);
         self.corners.extend_from_slice(polygon.corners);
-        let end = u32::try_from(self.positions.len())
-            .expect("fewer than three times the corners of a mesh");
+        let end = u32::try_from(self.positions.len()).expect("fewer than three times the corners of a mesh");
         self.starts.push(end);
     }
 
@@ -105,9 +95,6 @@ impl PolygonSet {
     #[must_use]
     pub fn bounds(&self) -> Option<[DVec3; 2]> {
         let (first, rest) = self.positions.split_first()?;
-        Some(
-            rest.iter()
-                .fold([*first; 2], |[low, high], &p| [low.min(p), high.max(p)]),
-        )
+        Some(rest.iter().fold([*first; 2], |[low, high], &p| [low.min(p), high.max(p)]))
     }
 }

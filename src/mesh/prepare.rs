@@ -28,10 +28,7 @@ pub struct MeshTolerances {
 
 impl Default for MeshTolerances {
     fn default() -> Self {
-        Self {
-            planarity: PLANARITY,
-            area: AREA,
-        }
+        Self { planarity: PLANARITY, area: AREA }
     }
 }
 
@@ -53,11 +50,7 @@ pub fn prepare_polygons(
     transform: DAffine3,
     tolerances: MeshTolerances,
 ) -> (PolygonSet, MeshNotes) {
-    let placed: Vec<_> = mesh
-        .positions()
-        .iter()
-        .map(|&p| transform.transform_point3(p))
-        .collect();
+    let placed: Vec<_> = mesh.positions().iter().map(|&p| transform.transform_point3(p)).collect();
     let mut preparation = Preparation::new(mesh, &placed, tolerances);
     let mut outline = Outline::default();
     for face in mesh.faces() {
@@ -115,9 +108,7 @@ impl<'a> Preparation<'a> {
         let finite = || placed.iter().filter(|p| p.is_finite());
         let unit = power_of_two(finite().fold(0.0, |size: f64, p| size.max(p.abs().max_element())));
         let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let [low, high] = finite().fold(start, |[low, high], &p| {
-            [low.min(p / unit), high.max(p / unit)]
-        });
+        let [low, high] = finite().fold(start, |[low, high], &p| [low.min(p / unit), high.max(p / unit)]);
         let diagonal = (high - low).length();
         Self {
             mesh,
@@ -189,11 +180,7 @@ impl<'a> Preparation<'a> {
         let large = area_vector.length() > self.area * perimeter;
         if points.len() == 3 {
             let normal = area_vector.normalize_or_zero();
-            return if large {
-                Shape::Convex { normal }
-            } else {
-                Shape::Degenerate
-            };
+            return if large { Shape::Convex { normal } } else { Shape::Degenerate };
         }
         if !large {
             // not on a line, and yet no area: the parts of a bow-tie cancel out
@@ -201,15 +188,8 @@ impl<'a> Preparation<'a> {
         }
         let normal = area_vector.normalize();
         let centre = points.iter().sum::<DVec3>() / points.len() as f64;
-        let distance = points
-            .iter()
-            .map(|&p| (p - centre).dot(normal).abs())
-            .fold(0.0, f64::max);
-        if distance <= self.planarity {
-            self.planar(points, normal)
-        } else {
-            nonplanar(points, normal)
-        }
+        let distance = points.iter().map(|&p| (p - centre).dot(normal).abs()).fold(0.0, f64::max);
+        if distance <= self.planarity { self.planar(points, normal) } else { nonplanar(points, normal) }
     }
 
     fn planar(&self, points: &[DVec3], normal: DVec3) -> Shape {
@@ -245,16 +225,12 @@ impl<'a> Preparation<'a> {
     /// Whether all points lie on a line, to the tolerance of areas.
     fn is_line(&self, points: &[DVec3]) -> bool {
         let from = points[0];
-        let far = points
-            .iter()
-            .map(|&p| p - from)
-            .max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+        let far =
+            points.iter().map(|&p| p - from).max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
         let Some(direction) = far.and_then(DVec3::try_normalize) else {
             return true;
         };
-        points
-            .iter()
-            .all(|&p| (p - from).cross(direction).length() <= self.area)
+        points.iter().all(|&p| (p - from).cross(direction).length() <= self.area)
     }
 
     /// Triangles with a normal each; those of no area are left out.
@@ -264,56 +240,29 @@ impl<'a> Preparation<'a> {
             let area_vector = newell(&points);
             let perimeter: f64 = edges(&points).map(|[a, b]| a.distance(b)).sum();
             if area_vector.length() > self.area * perimeter {
-                self.push(
-                    face,
-                    area_vector.normalize(),
-                    &triangle.map(|i| outline.corners[i]),
-                );
+                self.push(face, area_vector.normalize(), &triangle.map(|i| outline.corners[i]));
             }
         }
     }
 
     fn push(&mut self, face: u32, normal: DVec3, corners: &[u32]) {
-        let refs = || {
-            corners
-                .iter()
-                .map(|&corner| self.mesh.corner(corner as usize))
-        };
-        let positions: Vec<_> = refs()
-            .map(|corner| self.placed[corner.position as usize])
-            .collect();
+        let refs = || corners.iter().map(|&corner| self.mesh.corner(corner as usize));
+        let positions: Vec<_> = refs().map(|corner| self.placed[corner.position as usize]).collect();
         let uvs: Vec<_> = match self.mesh.has_uvs() {
-            true => refs()
-                .map(|corner| {
-                    corner
-                        .uv
-                        .map_or(DVec2::NAN, |uv| self.mesh.uvs()[uv as usize])
-                })
-                .collect(),
+            true => {
+                refs().map(|corner| corner.uv.map_or(DVec2::NAN, |uv| self.mesh.uvs()[uv as usize])).collect()
+            }
             false => Vec::new(),
         };
-        self.polygons.push(Polygon {
-            face,
-            normal,
-            positions: &positions,
-            uvs: &uvs,
-            corners,
-        });
+        self.polygons.push(Polygon { face, normal, positions: &positions, uvs: &uvs, corners });
     }
 }
 
 /// Cuts a face that lies in no plane; `normal` is that of its mean plane.
 fn nonplanar(points: &[DVec3], normal: DVec3) -> Shape {
     let (s, t) = normal.any_orthonormal_pair();
-    let (s, t) = if s.cross(t).dot(normal) < 0.0 {
-        (t, s)
-    } else {
-        (s, t)
-    };
-    let flat: Vec<_> = points
-        .iter()
-        .map(|&p| DVec2::new(p.dot(s), p.dot(t)))
-        .collect();
+    let (s, t) = if s.cross(t).dot(normal) < 0.0 { (t, s) } else { (s, t) };
+    let flat: Vec<_> = points.iter().map(|&p| DVec2::new(p.dot(s), p.dot(t))).collect();
     if points.len() == 4 && is_convex(&flat) {
         let triangles = if points[0].distance(points[2]) <= points[1].distance(points[3]) {
             vec![[0, 1, 2], [0, 2, 3]]
@@ -335,10 +284,7 @@ fn nonplanar(points: &[DVec3], normal: DVec3) -> Shape {
 fn newell(points: &[DVec3]) -> DVec3 {
     // relative to a vertex, so that a place far from the origin costs no digits
     let origin = points[0];
-    edges(points)
-        .map(|[a, b]| (a - origin).cross(b - origin))
-        .sum::<DVec3>()
-        * 0.5
+    edges(points).map(|[a, b]| (a - origin).cross(b - origin)).sum::<DVec3>() * 0.5
 }
 
 fn edges(points: &[DVec3]) -> impl Iterator<Item = [DVec3; 2]> {
@@ -360,10 +306,7 @@ fn along_main_axis(points: &[DVec3], normal: DVec3) -> Vec<DVec2> {
     if normal[axis] < 0.0 {
         (first, second) = (second, first);
     }
-    points
-        .iter()
-        .map(|p| DVec2::new(p[first], p[second]))
-        .collect()
+    points.iter().map(|p| DVec2::new(p[first], p[second])).collect()
 }
 
 /// The power of two at or below a positive number, kept so far from the ends of the range that dividing by it is exact.

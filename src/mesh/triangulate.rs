@@ -19,10 +19,7 @@ pub(super) fn twice_area(points: &[DVec2]) -> f64 {
     let Some(&origin) = points.first() else {
         return 0.0;
     };
-    points
-        .windows(2)
-        .map(|edge| (edge[0] - origin).perp_dot(edge[1] - origin))
-        .sum()
+    points.windows(2).map(|edge| (edge[0] - origin).perp_dot(edge[1] - origin)).sum()
 }
 
 /// Whether the polygon is convex and winds counter-clockwise exactly once; vertices on a straight edge are allowed.
@@ -60,9 +57,7 @@ pub(super) fn crosses_itself(points: &[DVec2]) -> bool {
     edges.sort_by(|a, b| left(a).total_cmp(&left(b)));
     edges.iter().enumerate().any(|(i, &[a, b])| {
         let right = a.x.max(b.x);
-        let candidates = edges[i + 1..]
-            .iter()
-            .take_while(|other| left(other) < right);
+        let candidates = edges[i + 1..].iter().take_while(|other| left(other) < right);
         candidates.into_iter().any(|&[c, d]| {
             a.y.min(b.y) < c.y.max(d.y).next_up()
                 && c.y.min(d.y) < a.y.max(b.y).next_up()
@@ -176,12 +171,8 @@ impl<'a> Ring<'a> {
         let mut i = self.next[after];
         while i != before {
             let p = self.points[i];
-            let near = self.reflex[i]
-                && p.cmpge(low).all()
-                && p.cmple(high).all()
-                && p != a
-                && p != b
-                && p != c;
+            let near =
+                self.reflex[i] && p.cmpge(low).all() && p.cmple(high).all() && p != a && p != b && p != c;
             if near {
                 let sides = [turn(a, b, p), turn(b, c, p), turn(c, a, p)];
                 let inside = match touching_allowed {
@@ -229,25 +220,14 @@ mod tests {
             sum += turn(a, b, c);
         }
         let area = twice_area(outline);
-        assert!(
-            (sum - area).abs() <= 1e-12 * area,
-            "areas {sum} and {area} of {outline:?}"
-        );
+        assert!((sum - area).abs() <= 1e-12 * area, "areas {sum} and {area} of {outline:?}");
     }
 
     #[test]
     fn convexity_is_exact() {
         let square = [[0., 0.], [1., 0.], [1., 1.], [0., 1.]];
         assert!(is_convex(&points(&square)));
-        let with_support = [
-            [0., 0.],
-            [0.25, 0.],
-            [0.5, 0.],
-            [1., 0.],
-            [1., 1.],
-            [0., 1.],
-            [0., 0.7],
-        ];
+        let with_support = [[0., 0.], [0.25, 0.], [0.5, 0.], [1., 0.], [1., 1.], [0., 1.], [0., 0.7]];
         assert!(is_convex(&points(&with_support)));
         let clockwise = [[0., 0.], [0., 1.], [1., 1.], [1., 0.]];
         assert!(!is_convex(&points(&clockwise)));
@@ -263,39 +243,23 @@ mod tests {
 
     #[test]
     fn star_polygons_wind_twice() {
-        let star: Vec<_> = (0..5)
-            .map(|i| DVec2::from_angle(f64::from(2 * i) * std::f64::consts::TAU / 5.0))
-            .collect();
+        let star: Vec<_> =
+            (0..5).map(|i| DVec2::from_angle(f64::from(2 * i) * std::f64::consts::TAU / 5.0)).collect();
         assert!(!is_convex(&star));
         assert!(crosses_itself(&star));
-        let pentagon: Vec<_> = (0..5)
-            .map(|i| DVec2::from_angle(f64::from(i) * std::f64::consts::TAU / 5.0))
-            .collect();
+        let pentagon: Vec<_> =
+            (0..5).map(|i| DVec2::from_angle(f64::from(i) * std::f64::consts::TAU / 5.0)).collect();
         assert!(is_convex(&pentagon) && !crosses_itself(&pentagon));
     }
 
     #[test]
     fn crossings_are_found_and_touching_is_none() {
-        assert!(crosses_itself(&points(&[
-            [0., 0.],
-            [1., 1.],
-            [1., 0.],
-            [0., 1.]
-        ])));
+        assert!(crosses_itself(&points(&[[0., 0.], [1., 1.], [1., 0.], [0., 1.]])));
         // a vertex on another edge, and an edge there and back
         let touching = [[0., 0.], [2., 0.], [2., 1.], [1., 0.], [0., 1.]];
         assert!(!crosses_itself(&points(&touching)));
-        let keyhole = [
-            [0., 0.],
-            [3., 0.],
-            [3., 3.],
-            [1., 2.],
-            [2., 2.],
-            [2., 1.],
-            [1., 2.],
-            [3., 3.],
-            [0., 3.],
-        ];
+        let keyhole =
+            [[0., 0.], [3., 0.], [3., 3.], [1., 2.], [2., 2.], [2., 1.], [1., 2.], [3., 3.], [0., 3.]];
         assert!(!crosses_itself(&points(&keyhole)));
     }
 
@@ -316,16 +280,7 @@ mod tests {
             [0., 3.],
         ];
         assert_triangulated(&points(&comb));
-        let supported = [
-            [0., 0.],
-            [1., 0.],
-            [2., 0.],
-            [2., 2.],
-            [1., 1.],
-            [0., 2.],
-            [0., 1.5],
-            [0., 1.],
-        ];
+        let supported = [[0., 0.], [1., 0.], [2., 0.], [2., 2.], [1., 1.], [0., 2.], [0., 1.5], [0., 1.]];
         assert_triangulated(&points(&supported));
         let triangle = [[0., 0.], [1., 0.], [2., 0.], [1., 1.], [0., 2.], [0., 1.]];
         assert_triangulated(&points(&triangle));
@@ -346,27 +301,15 @@ mod tests {
             [0., 3.],
         ]);
         let triangles = clip_ears(&keyhole).expect("joined outlines have ears");
-        let sum: f64 = triangles
-            .iter()
-            .map(|t| turn(keyhole[t[0]], keyhole[t[1]], keyhole[t[2]]))
-            .sum();
+        let sum: f64 = triangles.iter().map(|t| turn(keyhole[t[0]], keyhole[t[1]], keyhole[t[2]])).sum();
         assert_eq!(sum, 16.0);
     }
 
     #[test]
     fn wrong_outlines_have_no_ears() {
-        assert_eq!(
-            clip_ears(&points(&[[0., 0.], [1., 1.], [1., 0.], [0., 1.]])),
-            Err(NoEar)
-        );
-        assert_eq!(
-            clip_ears(&points(&[[0., 0.], [0., 1.], [1., 0.]])),
-            Err(NoEar)
-        );
-        assert_eq!(
-            clip_ears(&points(&[[0., 0.], [1., 0.], [2., 0.], [3., 0.]])),
-            Err(NoEar)
-        );
+        assert_eq!(clip_ears(&points(&[[0., 0.], [1., 1.], [1., 0.], [0., 1.]])), Err(NoEar));
+        assert_eq!(clip_ears(&points(&[[0., 0.], [0., 1.], [1., 0.]])), Err(NoEar));
+        assert_eq!(clip_ears(&points(&[[0., 0.], [1., 0.], [2., 0.], [3., 0.]])), Err(NoEar));
     }
 
     /// A polygon around the origin with random radii: simple, mostly concave.
@@ -374,9 +317,7 @@ mod tests {
         proptest::collection::vec(0.05..1.0f64, 3..40).prop_map(|radii| {
             let step = std::f64::consts::TAU / radii.len() as f64;
             let vertices = radii.iter().zip(0..);
-            vertices
-                .map(|(&r, i)| DVec2::from_angle(f64::from(i) * step) * r)
-                .collect()
+            vertices.map(|(&r, i)| DVec2::from_angle(f64::from(i) * step) * r).collect()
         })
     }
 

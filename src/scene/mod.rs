@@ -1,1 +1,23 @@
 //! Scene files: TOML to plain data, plain data to a scene ready to trace.
+
+mod build;
+mod description;
+mod diagnostic;
+mod film_area;
+mod lattice_file;
+mod names;
+mod parse;
+mod reader;
+mod source;
+mod transform;
+mod unavailable;
+mod uvs;
+
+pub use build::{BuiltObject, BuiltScene, SceneTimes};
+pub use description::{
+    Edit, FfdDescription, Method, MoveTo, NamedMaterial, ObjectDescription, Outside, SceneDescription,
+};
+pub use diagnostic::{Diagnostic, Located, Location, SceneError};
+pub use film_area::{MAX_PIXELS, MAX_SIDE, parse_crop, parse_size, validate_crop, validate_film};
+pub use names::Choice;
+pub use parse::{MAX_CONTROL_POINTS, parse_scene, parse_scene_str};

@@ -1,7 +1,18 @@
 //! Stage 4: rays against trimmed patches.
 
+mod brute_force;
+mod bvh;
+mod clipping;
 mod interaction;
+mod newton;
+mod projection;
 mod ray;
+mod scene;
+mod search;
+mod statistics;
 
+pub use brute_force::closest_hit_by_subdivision;
 pub use interaction::{Geometry, SurfaceInteraction};
 pub use ray::Ray;
+pub use scene::{PatchHit, TracedObject, TracedScene, UvLookup};
+pub use statistics::TraceStatistics;

@@ -20,12 +20,12 @@ pub struct Ray {
 impl Ray {
     /// The ray with `t` in `(0, ∞)`.
     pub const fn new(origin: DVec3, direction: DVec3) -> Self {
-        Self {
-            origin,
-            direction,
-            t_min: 0.0,
-            t_max: f64::INFINITY,
-        }
+        Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
+    }
+
+    /// Whether the ray has a direction that double precision can normalise, and finite numbers.
+    pub fn is_traceable(&self) -> bool {
+        self.origin.is_finite() && self.direction.is_finite() && self.direction.try_normalize().is_some()
     }
 
     /// The point at parameter `t`.

@@ -17,9 +17,7 @@ fn error(content: impl AsRef<[u8]>) -> String {
 
 fn face_positions(mesh: &PolygonMesh, face: u32) -> Vec<[f64; 3]> {
     let corners = mesh.face(face).corners();
-    corners
-        .map(|corner| mesh.positions()[corner.position as usize].to_array())
-        .collect()
+    corners.map(|corner| mesh.positions()[corner.position as usize].to_array()).collect()
 }
 
 #[test]
@@ -29,43 +27,19 @@ fn objects_polygons_and_mixed_corners() {
         usemtl red\r\nf 1 2/2 3//2 4/3/1\r\ng second group\r\nusemtl\r\nf -5 -4 -1\r\no first\r\nf 5//1 4 3\r\n";
     let (mesh, notes) = load(text).unwrap();
     assert_eq!(mesh.object_names(), ["first", "second group"]);
-    assert_eq!(
-        mesh.faces().map(|f| f.object()).collect::<Vec<_>>(),
-        [0, 1, 0]
-    );
-    assert_eq!(
-        mesh.faces().map(|f| f.arity()).collect::<Vec<_>>(),
-        [4, 3, 3]
-    );
-    assert_eq!(
-        face_positions(&mesh, 1),
-        [[0., 0., 0.], [1., 0., 0.], [0., 0., 1.]]
-    );
-    assert_eq!(
-        face_positions(&mesh, 2),
-        [[0., 0., 1.], [0., 1., 0.], [1., 1., 0.]]
-    );
+    assert_eq!(mesh.faces().map(|f| f.object()).collect::<Vec<_>>(), [0, 1, 0]);
+    assert_eq!(mesh.faces().map(|f| f.arity()).collect::<Vec<_>>(), [4, 3, 3]);
+    assert_eq!(face_positions(&mesh, 1), [[0., 0., 0.], [1., 0., 0.], [0., 0., 1.]]);
+    assert_eq!(face_positions(&mesh, 2), [[0., 0., 1.], [0., 1., 0.], [1., 1., 0.]]);
     // positions are shared over the groups
     assert_eq!(mesh.positions().len(), 5);
     let quad: Vec<_> = mesh.face(0).corners().collect();
-    let uvs: Vec<_> = quad
-        .iter()
-        .map(|c| c.uv.map(|uv| mesh.uvs()[uv as usize].to_array()))
-        .collect();
+    let uvs: Vec<_> = quad.iter().map(|c| c.uv.map(|uv| mesh.uvs()[uv as usize].to_array())).collect();
     assert_eq!(uvs, [None, Some([1., 0.]), None, Some([1., 1.])]);
-    let normals: Vec<_> = quad
-        .iter()
-        .map(|c| c.normal.map(|n| mesh.normals()[n as usize].to_array()))
-        .collect();
-    assert_eq!(
-        normals,
-        [None, None, Some([0., 1., 0.]), Some([0., 0., 1.])]
-    );
-    assert!(
-        mesh.face(1)
-            .corners()
-            .all(|c| c.uv.is_none() && c.normal.is_none())
-    );
+    let normals: Vec<_> =
+        quad.iter().map(|c| c.normal.map(|n| mesh.normals()[n as usize].to_array())).collect();
+    assert_eq!(normals, [None, None, Some([0., 1., 0.]), Some([0., 0., 1.])]);
+    assert!(mesh.face(1).corners().all(|c| c.uv.is_none() && c.normal.is_none()));
     assert_eq!((notes.faces, notes.triangles, notes.positions), (3, 4, 5));
     assert!(notes.ignored_statements.is_empty());
 }
@@ -75,23 +49,9 @@ fn colours_weights_continuation_comments_and_later_vertices() {
     let text = "\u{feff}# made by hand \\\nf 1 2 \\\n 3 # behind\nv 0 0 0 1 0 0\nv 2 4 6 2\nv \\\n1 \\\n0 0\nv 9 9 9\nl 1 2 3 4\np 1\ns off\ncurv 0 1 2\n";
     let (mesh, notes) = load(text).unwrap();
     assert_eq!(mesh.face_count(), 1);
-    assert_eq!(
-        face_positions(&mesh, 0),
-        [[0., 0., 0.], [1., 2., 3.], [1., 0., 0.]]
-    );
-    assert_eq!(
-        (
-            notes.unused_positions,
-            notes.weighted_positions,
-            notes.coloured_positions
-        ),
-        (1, 1, 1)
-    );
-    let ignored: Vec<_> = notes
-        .ignored_statements
-        .iter()
-        .map(|(word, n)| (word.as_str(), *n))
-        .collect();
+    assert_eq!(face_positions(&mesh, 0), [[0., 0., 0.], [1., 2., 3.], [1., 0., 0.]]);
+    assert_eq!((notes.unused_positions, notes.weighted_positions, notes.coloured_positions), (1, 1, 1));
+    let ignored: Vec<_> = notes.ignored_statements.iter().map(|(word, n)| (word.as_str(), *n)).collect();
     assert_eq!(ignored, [("curv", 1), ("l", 1), ("p", 1)]);
 }
 
@@ -107,14 +67,8 @@ fn files_that_are_no_meshes() {
     let missing = load_obj(folder.path().join("none.obj")).unwrap_err();
     assert!(matches!(missing, ObjError::Read { .. }), "{missing}");
     let directory = load_obj(folder.path()).unwrap_err().to_string();
-    assert!(
-        directory.ends_with("is a folder, an OBJ file is expected"),
-        "{directory}"
-    );
-    assert_eq!(
-        error(""),
-        "mesh.obj: has no faces (0 vertices); at least one `f` statement is needed"
-    );
+    assert!(directory.ends_with("is a folder, an OBJ file is expected"), "{directory}");
+    assert_eq!(error(""), "mesh.obj: has no faces (0 vertices); at least one `f` statement is needed");
     assert_eq!(
         error("v 0 0 0\nl 1 1"),
         "mesh.obj: has no faces (1 vertices); at least one `f` statement is needed"
@@ -122,10 +76,7 @@ fn files_that_are_no_meshes() {
     let expect = "not text in UTF-8 (a byte that is not UTF-8); an OBJ file is plain text";
     assert_eq!(error(b"v 0 0 0\n# \xff"), format!("mesh.obj:2:3: {expect}"));
     let expect = "not text in UTF-8 (it looks like a binary file); an OBJ file is plain text";
-    assert_eq!(
-        error(b"PK\x03\x04\x00\x00"),
-        format!("mesh.obj:1:5: {expect}")
-    );
+    assert_eq!(error(b"PK\x03\x04\x00\x00"), format!("mesh.obj:1:5: {expect}"));
     let expect = "not text in UTF-8 (it looks like UTF-16); an OBJ file is plain text";
     assert_eq!(error(b"\xff\xfev\0 \0"), format!("mesh.obj:1:1: {expect}"));
 }
@@ -142,20 +93,12 @@ fn faults_are_listed_with_path_and_place() {
     assert_eq!(found.lines().count(), 3);
     let message = error("f 1 2 3\n".repeat(10));
     assert_eq!(message.lines().count(), 21);
-    assert!(
-        message.ends_with("mesh.obj: and 10 more faults"),
-        "{message}"
-    );
+    assert!(message.ends_with("mesh.obj: and 10 more faults"), "{message}");
 }
 
 /// A random legal file, and what must come of it: per face the corners' numbers of `v`, `vt` and `vn`.
 fn legal_file() -> impl Strategy<Value = (String, Vec<Vec<[Option<f64>; 3]>>)> {
-    let corner = (
-        0..9usize,
-        proptest::option::of(0..4usize),
-        proptest::option::of(0..3usize),
-        any::<bool>(),
-    );
+    let corner = (0..9usize, proptest::option::of(0..4usize), proptest::option::of(0..3usize), any::<bool>());
     let face = proptest::collection::vec(corner, 3..7);
     proptest::collection::vec((face, any::<bool>(), any::<bool>()), 1..8).prop_map(|faces| {
         let mut text = String::new();
@@ -175,18 +118,14 @@ fn legal_file() -> impl Strategy<Value = (String, Vec<Vec<[Option<f64>; 3]>>)> {
                     (None, None) => {}
                     (Some(vt), None) => text += &format!("/{}", number(vt, 4)),
                     (None, Some(vn)) => text += &format!("//{}", number(vn, 3)),
-                    (Some(vt), Some(vn)) => {
-                        text += &format!("/{}/{}", number(vt, 4), number(vn, 3))
-                    }
+                    (Some(vt), Some(vn)) => text += &format!("/{}/{}", number(vt, 4), number(vn, 3)),
                 }
                 text += if continued { " \\\n" } else { "" };
             }
             text += "\n";
             expected.push(
                 face.iter()
-                    .map(|&(v, vt, vn, _)| {
-                        [Some(v), vt, vn].map(|index| index.map(|index| index as f64))
-                    })
+                    .map(|&(v, vt, vn, _)| [Some(v), vt, vn].map(|index| index.map(|index| index as f64)))
                     .collect(),
             );
         }

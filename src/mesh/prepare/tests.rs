@@ -5,23 +5,13 @@ use super::*;
 
 /// A mesh of the faces given as positions, nothing shared.
 fn mesh(faces: &[&[[f64; 3]]]) -> PolygonMesh {
-    let positions: Vec<DVec3> = faces
-        .iter()
-        .flat_map(|face| face.iter().map(|&p| p.into()))
-        .collect();
+    let positions: Vec<DVec3> = faces.iter().flat_map(|face| face.iter().map(|&p| p.into())).collect();
     PolygonMesh::try_new(MeshParts {
         corners: (0..u32::try_from(positions.len()).unwrap())
-            .map(|i| Corner {
-                position: i,
-                uv: None,
-                normal: None,
-            })
+            .map(|i| Corner { position: i, uv: None, normal: None })
             .collect(),
         positions,
-        arities: faces
-            .iter()
-            .map(|face| u32::try_from(face.len()).unwrap())
-            .collect(),
+        arities: faces.iter().map(|face| u32::try_from(face.len()).unwrap()).collect(),
         face_objects: vec![0; faces.len()],
         object_names: vec!["test".into()],
         ..MeshParts::default()
@@ -41,13 +31,7 @@ const SQUARE: [[f64; 3]; 4] = [[0., 0., 1.], [1., 0., 1.], [1., 1., 1.], [0., 1.
 
 #[test]
 fn convex_faces_stay_whole_with_the_vertices_on_their_edges() {
-    let supported = [
-        [0., 0., 0.],
-        [0., 0.3, 0.1],
-        [0., 3., 1.],
-        [1., 3., 1.],
-        [1., 0., 0.],
-    ];
+    let supported = [[0., 0., 0.], [0., 0.3, 0.1], [0., 3., 1.], [1., 3., 1.], [1., 0., 0.]];
     let (polygons, notes) = prepare(&[&SQUARE, &supported]);
     assert_eq!(polygons.len(), 2);
     assert_eq!(polygons.polygon(1).positions.len(), 5);
@@ -55,10 +39,7 @@ fn convex_faces_stay_whole_with_the_vertices_on_their_edges() {
     assert_eq!(polygons.polygon(1).corners, [4, 5, 6, 7, 8]);
     assert_eq!((notes.faces, notes.triangles, notes.polygons), (2, 5, 2));
     assert_eq!(notes.triangulated_concave + notes.triangulated_nonplanar, 0);
-    assert_eq!(
-        polygons.bounds(),
-        Some([DVec3::ZERO, DVec3::new(1., 3., 1.)])
-    );
+    assert_eq!(polygons.bounds(), Some([DVec3::ZERO, DVec3::new(1., 3., 1.)]));
 }
 
 #[test]
@@ -74,11 +55,7 @@ fn turned_faces_keep_the_vertices_on_their_edges() {
         let transform = DAffine3::from_axis_angle(axis, f64::from(turn) * 0.37)
             * DAffine3::from_translation(DVec3::splat(5.0));
         let (polygons, notes) = prepare_polygons(&mesh, transform, MeshTolerances::default());
-        assert_eq!(
-            (polygons.len(), polygons.corner_count()),
-            (1, 12),
-            "turn {turn}: {notes}"
-        );
+        assert_eq!((polygons.len(), polygons.corner_count()), (1, 12), "turn {turn}: {notes}");
     }
 }
 
@@ -86,15 +63,8 @@ fn turned_faces_keep_the_vertices_on_their_edges() {
 fn concave_faces_become_triangles_of_one_plane() {
     let arrow = [[0., 0., 0.], [2., 1., 0.], [0., 2., 0.], [1., 1., 0.]];
     let (polygons, notes) = prepare(&[&arrow, &SQUARE]);
-    assert_eq!(
-        polygons.iter().map(|p| p.face).collect::<Vec<_>>(),
-        [0, 0, 1]
-    );
-    assert!(
-        polygons
-            .iter()
-            .all(|p| p.normal == DVec3::Z && area(&p) > 0.0)
-    );
+    assert_eq!(polygons.iter().map(|p| p.face).collect::<Vec<_>>(), [0, 0, 1]);
+    assert!(polygons.iter().all(|p| p.normal == DVec3::Z && area(&p) > 0.0));
     assert_eq!(polygons.iter().take(2).map(|p| area(&p)).sum::<f64>(), 1.0);
     assert_eq!(notes.triangulated_concave, 1);
 }
@@ -103,24 +73,12 @@ fn concave_faces_become_triangles_of_one_plane() {
 fn nonplanar_quads_are_cut_along_the_shorter_diagonal() {
     let quad = [[0., 0., 0.], [2., 0., 0.5], [3., 2., 0.], [0., 1., 0.5]];
     let (polygons, notes) = prepare(&[&quad]);
-    assert_eq!(
-        polygons
-            .iter()
-            .map(|p| p.corners.to_vec())
-            .collect::<Vec<_>>(),
-        [[1, 2, 3], [1, 3, 0]]
-    );
+    assert_eq!(polygons.iter().map(|p| p.corners.to_vec()).collect::<Vec<_>>(), [[1, 2, 3], [1, 3, 0]]);
     assert_eq!(notes.triangulated_nonplanar, 1);
     // concave seen from above: the shorter diagonal 1-3 is outside
-    let dart =
-        [[0., 0., 0.], [3., 1., 0.1], [1., 0., 0.], [3., -1., 0.]].map(|[x, y, z]| [x, -y, z]);
+    let dart = [[0., 0., 0.], [3., 1., 0.1], [1., 0., 0.], [3., -1., 0.]].map(|[x, y, z]| [x, -y, z]);
     let (polygons, notes) = prepare(&[&dart]);
-    assert!(
-        polygons
-            .iter()
-            .all(|p| p.corners.contains(&0) && p.corners.contains(&2)),
-        "{polygons:?}"
-    );
+    assert!(polygons.iter().all(|p| p.corners.contains(&0) && p.corners.contains(&2)), "{polygons:?}");
     assert_eq!((polygons.len(), notes.triangulated_nonplanar), (2, 1));
 }
 
@@ -138,9 +96,7 @@ fn faces_without_area_are_left_out_and_named() {
 
 #[test]
 fn repeated_corners_are_dropped() {
-    let face = [
-        SQUARE[0], SQUARE[0], SQUARE[1], SQUARE[2], SQUARE[3], SQUARE[3], SQUARE[0],
-    ];
+    let face = [SQUARE[0], SQUARE[0], SQUARE[1], SQUARE[2], SQUARE[3], SQUARE[3], SQUARE[0]];
     let (polygons, notes) = prepare(&[&face]);
     assert_eq!(polygons.polygon(0).corners, [0, 2, 3, 4]);
     assert_eq!(notes.repeated_corners, 3);
@@ -157,10 +113,7 @@ fn crossing_faces_become_fans() {
     let (polygons, notes) = prepare(&[&bow_tie, &lopsided, &star]);
     assert_eq!(notes.self_intersecting_faces, [0, 1, 2]);
     assert_eq!(notes.self_intersecting(), 3);
-    assert_eq!(
-        polygons.iter().map(|p| p.face).collect::<Vec<_>>(),
-        [0, 0, 1, 1, 2, 2, 2]
-    );
+    assert_eq!(polygons.iter().map(|p| p.face).collect::<Vec<_>>(), [0, 0, 1, 1, 2, 2, 2]);
     assert!(polygons.iter().all(|p| area(&p) > 0.0));
 }
 
@@ -178,11 +131,7 @@ fn texture_coordinates_come_along() {
         positions: SQUARE.map(DVec3::from).to_vec(),
         uvs: vec![DVec2::new(0.25, 0.75)],
         corners: (0..4)
-            .map(|position| Corner {
-                position,
-                uv: (position == 2).then_some(0),
-                normal: None,
-            })
+            .map(|position| Corner { position, uv: (position == 2).then_some(0), normal: None })
             .collect(),
         arities: vec![4],
         face_objects: vec![0],
@@ -199,18 +148,11 @@ fn texture_coordinates_come_along() {
 #[test]
 fn size_does_not_matter() {
     for size in [1e-280, 1e-30, 1.0, 1e30, 1e280] {
-        let faces: Vec<_> = [
-            [[0., 0., 0.], [2., 1., 0.], [0., 2., 0.], [1., 1., 0.]],
-            SQUARE,
-        ]
-        .map(|face| face.map(|p| p.map(|x| x * size)))
-        .to_vec();
+        let faces: Vec<_> = [[[0., 0., 0.], [2., 1., 0.], [0., 2., 0.], [1., 1., 0.]], SQUARE]
+            .map(|face| face.map(|p| p.map(|x| x * size)))
+            .to_vec();
         let (polygons, notes) = prepare(&[&faces[0], &faces[1]]);
-        assert_eq!(
-            (polygons.len(), notes.triangulated_concave),
-            (3, 1),
-            "size {size:e}: {notes}"
-        );
+        assert_eq!((polygons.len(), notes.triangulated_concave), (3, 1), "size {size:e}: {notes}");
     }
 }
 
@@ -218,11 +160,7 @@ fn size_does_not_matter() {
 fn faces_that_the_transform_makes_infinite_are_left_out() {
     let transform = DAffine3::from_scale(DVec3::splat(1e308));
     let far = SQUARE.map(|p| p.map(|x| x * 100.0));
-    let (polygons, notes) = prepare_polygons(
-        &mesh(&[&far, &SQUARE]),
-        transform,
-        MeshTolerances::default(),
-    );
+    let (polygons, notes) = prepare_polygons(&mesh(&[&far, &SQUARE]), transform, MeshTolerances::default());
     assert_eq!((polygons.len(), notes.degenerate_faces), (1, vec![0]));
 }
 
@@ -231,19 +169,12 @@ fn turned_outline() -> impl Strategy<Value = (Vec<[f64; 3]>, DAffine3, f64)> {
     let radii = proptest::collection::vec(0.1..1.0f64, 4..24);
     (radii, 0.0..6.0f64, -3.0..3.0f64, -3.0..3.0f64).prop_map(|(radii, angle, x, y)| {
         let step = std::f64::consts::TAU / radii.len() as f64;
-        let points: Vec<_> = radii
-            .iter()
-            .zip(0..)
-            .map(|(&r, i)| DVec2::from_angle(f64::from(i) * step) * r)
-            .collect();
+        let points: Vec<_> =
+            radii.iter().zip(0..).map(|(&r, i)| DVec2::from_angle(f64::from(i) * step) * r).collect();
         let area = super::super::triangulate::twice_area(&points) / 2.0;
         let transform = DAffine3::from_axis_angle(DVec3::new(x, y, 1.0).normalize(), angle)
             * DAffine3::from_translation(DVec3::new(x, y, 7.0));
-        (
-            points.iter().map(|p| [p.x, p.y, 0.0]).collect(),
-            transform,
-            area,
-        )
+        (points.iter().map(|p| [p.x, p.y, 0.0]).collect(), transform, area)
     })
 }
 

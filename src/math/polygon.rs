@@ -1,0 +1,69 @@
+//! Convex polygons in a parameter plane.
+
+use glam::DVec2;
+
+/// Twice the signed area of a polygon; positive if it winds counter-clockwise.
+pub(crate) fn doubled_area(corners: &[DVec2]) -> f64 {
+    let Some(&anchor) = corners.first() else { return 0.0 };
+    corners.windows(2).map(|edge| (edge[0] - anchor).perp_dot(edge[1] - anchor)).sum()
+}
+
+/// Which side of a line `coordinate = value` to keep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    Below,
+    Above,
+}
+
+/// The part of a convex polygon on one side of the line where coordinate `axis` is `value`, into `kept`.
+///
+/// Corners on the line are kept by both sides, and new corners lie on it exactly. Fewer than three corners are left
+/// if no area is.
+pub(crate) fn clip(corners: &[DVec2], axis: usize, value: f64, side: Side, kept: &mut Vec<DVec2>) {
+    kept.clear();
+    let depth = |corner: DVec2| match side {
+        Side::Below => value - corner[axis],
+        Side::Above => corner[axis] - value,
+    };
+    for (i, &here) in corners.iter().enumerate() {
+        let next = corners[(i + 1) % corners.len()];
+        let (depth_here, depth_next) = (depth(here), depth(next));
+        if depth_here >= 0.0 {
+            kept.push(here);
+        }
+        if (depth_here > 0.0 && depth_next < 0.0) || (depth_here < 0.0 && depth_next > 0.0) {
+            let (a, b) = if here[axis] < next[axis] { (here, next) } else { (next, here) };
+            let mut crossing = a + (value - a[axis]) / (b[axis] - a[axis]) * (b - a);
+            crossing[axis] = value;
+            kept.push(crossing);
+        }
+    }
+}
+
+/// Lowest and highest corner of the bounding rectangle.
+pub(crate) fn bounds(corners: &[DVec2]) -> [DVec2; 2] {
+    corners.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], &corner| {
+        [low.min(corner), high.max(corner)]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_two_sides_of_a_cut_make_the_whole() {
+        let polygon =
+            [DVec2::new(0.0, 0.2), DVec2::new(0.7, 0.0), DVec2::new(1.0, 0.6), DVec2::new(0.3, 1.0)];
+        let (mut below, mut above) = (Vec::new(), Vec::new());
+        for axis in 0..2 {
+            for value in [0.0, 0.2, 0.3, 0.5, 0.7, 1.0] {
+                clip(&polygon, axis, value, Side::Below, &mut below);
+                clip(&polygon, axis, value, Side::Above, &mut above);
+                let sum = doubled_area(&below) + doubled_area(&above);
+                assert!((sum - doubled_area(&polygon)).abs() < 1e-15, "axis {axis} value {value}");
+                assert!(below.iter().all(|p| p[axis] <= value) && above.iter().all(|p| p[axis] >= value));
+            }
+        }
+    }
+}

@@ -1,0 +1,446 @@
+//! Stages 1 to 3 on one page: polygons and a volume become trimmed patches.
+
+use std::time::{Duration, Instant};
+
+use glam::{DVec2, DVec3};
+use thiserror::Error;
+
+use crate::math::polygon::{self, Side};
+use crate::spline::{Cell, SplineVolume};
+use crate::subdivide::{
+    Frame, FrameChoice, FramedPlane, Group, Pieces, cut_at_knot_planes, frame_group, group_coplanar,
+};
+
+use super::bezier_patch::BezierPatch;
+use super::compose::{Composer, flat_patch};
+use super::trim::TrimRegion;
+
+/// Halvings of a rational patch in search of positive weights; each halves one side.
+///
+/// The weight function of a volume with positive weights is positive on the trimmed part, so a few halvings do; 60
+/// would take both sides below the rounding of their parameters.
+const MAX_HALVINGS: usize = 60;
+
+/// A planar convex polygon of the undeformed object.
+#[derive(Clone, Copy, Debug)]
+pub struct PlanarPolygon<'a> {
+    /// Index of the input face it is (part of).
+    pub face: u32,
+    /// Corners, counter-clockwise seen from outside.
+    pub corners: &'a [DVec3],
+}
+
+/// How polygons are deformed.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Deformation<'a> {
+    /// The volume; without one the polygons stay as they are.
+    pub volume: Option<&'a SplineVolume>,
+    /// The frame of the patches.
+    pub frame: FrameChoice,
+}
+
+/// A Bézier patch with the part of it that is surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrimmedPatch {
+    /// The knot box it is the image of; `None` outside the lattice, where the surface is undeformed.
+    pub cell: Option<Cell>,
+    /// From the patch's unit square to the undeformed plane.
+    pub frame: Frame,
+    /// The surface.
+    pub patch: BezierPatch,
+    /// The part of the unit square that belongs to the surface.
+    pub trim: TrimRegion,
+    /// Bound on the distance between the trim's corners on the patch and the true deformed corners: vertices are
+    /// moved onto knot planes and into shared planes by rounding-sized steps.
+    pub boundary_error: f64,
+}
+
+impl TrimmedPatch {
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(self.patch.control_points()) + self.trim.bytes()
+    }
+
+    /// Lowest and highest corner of a box that holds the trimmed surface: the control points of those parts of a
+    /// 4 × 4 grid that the trim reaches.
+    pub fn trimmed_bounds(&self) -> [DVec3; 2] {
+        const GRID: u32 = 4;
+        let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        for i in 0..GRID {
+            for j in 0..GRID {
+                let low = DVec2::new(f64::from(i), f64::from(j)) / f64::from(GRID);
+                let high = DVec2::new(f64::from(i + 1), f64::from(j + 1)) / f64::from(GRID);
+                if self.trim.reaches(low, high) {
+                    let [a, b] = self.patch.subpatch(low, high).hull_bounds();
+                    bounds = [bounds[0].min(a), bounds[1].max(b)];
+                }
+            }
+        }
+        bounds
+    }
+}
+
+/// The patches of one object.
+#[derive(Clone, Debug, Default)]
+pub struct DeformedPolygons {
+    /// The patches, ordered by knot box, then by first face; outside pieces first.
+    pub patches: Vec<TrimmedPatch>,
+    /// Number of sub-polygons the polygons were cut into.
+    pub subpolygons: usize,
+    /// Time spent.
+    pub times: BuildTimes,
+}
+
+/// Time spent on the stages of building patches.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BuildTimes {
+    /// Cutting at knot planes, grouping and framing.
+    pub subdivide: Duration,
+    /// Composing patches.
+    pub compose: Duration,
+}
+
+/// Why polygons cannot become patches.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum BuildError {
+    /// A rational patch did not reach positive weights.
+    #[error(
+        "face {face}: the weights of its patch stay not positive after {MAX_HALVINGS} halvings; less extreme lattice weights would help"
+    )]
+    Weights {
+        /// A face of the patch.
+        face: u32,
+    },
+    /// A patch has a control point that is not finite.
+    #[error("face {face}: its deformed patch is not finite; coordinates or lattice are too large")]
+    NotFinite {
+        /// A face of the patch.
+        face: u32,
+    },
+}
+
+/// Cuts, groups and composes: the exact deformation of planar convex polygons as trimmed patches.
+///
+/// Source: Feng, Nishita, Jin, Peng (2002), section 3.
+///
+/// # Errors
+/// [`BuildError`] if a patch is not finite or does not reach positive weights.
+pub fn deform_polygons(
+    polygons: &[PlanarPolygon<'_>],
+    deformation: Deformation<'_>,
+) -> Result<DeformedPolygons, BuildError> {
+    let started = Instant::now();
+    let numbered = (0..).zip(polygons).map(|(number, polygon)| (number, polygon.corners));
+    let pieces = cut_at_knot_planes(numbered, deformation.volume);
+    let diagonal = diagonal(polygons, deformation.volume);
+    let groups = group_coplanar(&pieces, |polygon| polygons[polygon as usize].corners, diagonal);
+    let subdivide = started.elapsed();
+
+    let started = Instant::now();
+    let mut builder = Builder {
+        polygons,
+        pieces: &pieces,
+        deformation,
+        lipschitz: deformation.volume.map_or(1.0, SplineVolume::lipschitz_bound),
+        composer: Composer::default(),
+        corners: Vec::new(),
+        patches: Vec::with_capacity(groups.len()),
+    };
+    for group in &groups {
+        builder.add_group(group)?;
+    }
+    let patches = builder.patches;
+    let times = BuildTimes { subdivide, compose: started.elapsed() };
+    Ok(DeformedPolygons { patches, subpolygons: pieces.len(), times })
+}
+
+/// Diagonal of the box around polygons and lattice.
+fn diagonal(polygons: &[PlanarPolygon<'_>], volume: Option<&SplineVolume>) -> f64 {
+    let corners = polygons.iter().flat_map(|polygon| polygon.corners).copied();
+    let all = corners.chain(volume.map(SplineVolume::bounds).into_iter().flatten());
+    let (low, high) =
+        all.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    (high - low).length()
+}
+
+struct Builder<'a> {
+    polygons: &'a [PlanarPolygon<'a>],
+    pieces: &'a Pieces,
+    deformation: Deformation<'a>,
+    lipschitz: f64,
+    composer: Composer,
+    corners: Vec<DVec3>,
+    patches: Vec<TrimmedPatch>,
+}
+
+impl Builder<'_> {
+    fn add_group(&mut self, group: &Group) -> Result<(), BuildError> {
+        self.corners.clear();
+        for &piece in &group.pieces {
+            self.corners.extend_from_slice(self.pieces.corners(piece as usize));
+        }
+        let Some(framed) = self.frame(group) else { return Ok(()) };
+        let mut trim = TrimRegion::default();
+        let mut off_plane: f64 = 0.0;
+        for &piece in &group.pieces {
+            let polygon = self.pieces.piece(piece as usize).polygon;
+            let corners = self.pieces.corners(piece as usize);
+            let parameters = |&corner: &DVec3| framed.frame.parameters(corner).clamp(DVec2::ZERO, DVec2::ONE);
+            for corner in corners {
+                off_plane = off_plane.max((framed.frame.point(parameters(corner)) - *corner).length());
+            }
+            trim.push(polygon, self.polygons[polygon as usize].face, corners.iter().map(parameters));
+        }
+        let boundary_error = off_plane * self.lipschitz;
+        self.add_patch(group.cell, framed.frame, trim, boundary_error, 0)
+    }
+
+    fn frame(&self, group: &Group) -> Option<FramedPlane> {
+        let (degree, size) = match (group.cell, self.deformation.volume) {
+            (Some(cell), Some(volume)) => {
+                let size = |axis: usize| {
+                    let breakpoints = volume.axes()[axis].breakpoints();
+                    breakpoints[cell[axis] + 1] - breakpoints[cell[axis]]
+                };
+                (volume.degree(), DVec3::new(size(0), size(1), size(2)))
+            }
+            // undeformed: along any two axes the plane is a patch of degree 1 × 1
+            _ => ([1; 3], DVec3::ONE),
+        };
+        frame_group(&group.plane, &self.corners, degree, size, self.deformation.frame)
+    }
+
+    /// Composes the patch over a frame; halves the frame while weights are not positive.
+    fn add_patch(
+        &mut self,
+        cell: Option<Cell>,
+        frame: Frame,
+        trim: TrimRegion,
+        boundary_error: f64,
+        halvings: usize,
+    ) -> Result<(), BuildError> {
+        let patch = match (cell, self.deformation.volume) {
+            (Some(cell), Some(volume)) => self.composer.compose(volume, cell, &frame),
+            _ => flat_patch(&frame),
+        };
+        let face = trim.loops()[0].face;
+        if !patch.control_points().iter().all(|point| point.is_finite()) {
+            return Err(BuildError::NotFinite { face });
+        }
+        if patch.has_positive_weights() {
+            self.patches.push(TrimmedPatch { cell, frame, patch, trim, boundary_error });
+            return Ok(());
+        }
+        if halvings == MAX_HALVINGS {
+            return Err(BuildError::Weights { face });
+        }
+        for side in [Side::Below, Side::Above] {
+            if let Some((frame, trim)) = half(&frame, &trim, halvings % 2, side) {
+                self.add_patch(cell, frame, trim, boundary_error, halvings + 1)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The half of a trimmed frame on one side of its middle, fitted to the trim; `None` if no trim is left there.
+fn half(frame: &Frame, trim: &TrimRegion, axis: usize, side: Side) -> Option<(Frame, TrimRegion)> {
+    let mut clipped = TrimRegion::default();
+    let mut kept = Vec::new();
+    for trim_loop in trim.loops() {
+        polygon::clip(trim.corners(trim_loop), axis, 0.5, side, &mut kept);
+        if kept.len() >= 3 && polygon::doubled_area(&kept) > 0.0 {
+            clipped.push(trim_loop.polygon, trim_loop.face, kept.iter().copied());
+        }
+    }
+    if clipped.loops().is_empty() {
+        return None;
+    }
+    let [low, high] = clipped.bounds();
+    let mut fitted = TrimRegion::default();
+    for trim_loop in clipped.loops() {
+        let corners = clipped.corners(trim_loop).iter().map(|&st| (st - low) / (high - low));
+        fitted.push(trim_loop.polygon, trim_loop.face, corners);
+    }
+    Some((frame.restricted(low, high), fitted))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec4;
+
+    use super::*;
+    use crate::patch::compose_by_interpolation;
+
+    /// Deterministic noise in [-0.5, 0.5).
+    struct Noise(u64);
+
+    impl Noise {
+        fn next(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        }
+
+        fn vector(&mut self) -> DVec3 {
+            DVec3::new(self.next(), self.next(), self.next())
+        }
+    }
+
+    fn random_volume(noise: &mut Noise, degree: [usize; 3], rational: bool) -> SplineVolume {
+        let points = degree.map(|k| k + 2);
+        let identity = SplineVolume::identity(degree, points, [DVec3::ZERO, DVec3::ONE]).unwrap();
+        let control_points: Vec<DVec4> = identity
+            .control_points()
+            .into_iter()
+            .map(|p| {
+                let weight = if rational { libm::exp(2.0 * noise.next()) } else { 1.0 };
+                (p.truncate() + 0.3 * noise.vector()).extend(weight)
+            })
+            .collect();
+        SplineVolume::try_new(identity.axes().clone(), &control_points).unwrap()
+    }
+
+    /// A triangle, in turn in a general plane and along one or two axes.
+    fn random_triangle(noise: &mut Noise, kind: usize) -> [DVec3; 3] {
+        let mut corners: [DVec3; 3] = std::array::from_fn(|_| noise.vector() + 0.5);
+        match kind % 6 {
+            axis @ 0..3 => {
+                let value = corners[0][axis];
+                corners.iter_mut().for_each(|c| c[axis] = value);
+            }
+            3 => corners[1] = corners[0].with_x(0.5 * (corners[0].x + 1.0)),
+            _ => {}
+        }
+        corners
+    }
+
+    #[test]
+    fn patches_are_the_volume_on_their_planes() {
+        let mut noise = Noise(5);
+        for rational in [false, true] {
+            for degree in (1..=4).flat_map(|u| (1..=4).flat_map(move |v| (1..=4).map(move |w| [u, v, w]))) {
+                let volume = random_volume(&mut noise, degree, rational);
+                for kind in 0..6 {
+                    let corners = random_triangle(&mut noise, kind);
+                    let polygons = [PlanarPolygon { face: 3, corners: &corners }];
+                    for frame in [FrameChoice::Parallelogram, FrameChoice::Rectangle] {
+                        let made =
+                            deform_polygons(&polygons, Deformation { volume: Some(&volume), frame }).unwrap();
+                        for patch in &made.patches {
+                            let worst = deviation(&volume, patch, &mut noise);
+                            let bound = if rational { 1e-11 } else { 1e-12 };
+                            assert!(
+                                worst <= bound * 3_f64.sqrt(),
+                                "{degree:?} rational {rational} {frame:?}: {worst:e}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn deviation(volume: &SplineVolume, patch: &TrimmedPatch, noise: &mut Noise) -> f64 {
+        let mut worst: f64 = 0.0;
+        for trim_loop in patch.trim.loops() {
+            let corners = patch.trim.corners(trim_loop);
+            for _ in 0..8 {
+                let weights: Vec<f64> = corners.iter().map(|_| noise.next() + 0.5).collect();
+                let sum: f64 = weights.iter().sum();
+                let st: DVec2 = corners.iter().zip(&weights).map(|(&c, w)| c * (w / sum)).sum();
+                let cell = patch.cell.unwrap();
+                let want = volume.eval_in_cell(cell, patch.frame.point(st));
+                let got = patch.patch.eval(st);
+                worst = worst.max((got.position - want.position).length());
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn interpolation_gives_the_same_surface() {
+        let mut noise = Noise(9);
+        for degree in [[1, 2, 3], [2, 2, 2], [3, 3, 3], [4, 4, 4]] {
+            for rational in [false, true] {
+                let volume = random_volume(&mut noise, degree, rational);
+                let corners = random_triangle(&mut noise, 5);
+                let polygons = [PlanarPolygon { face: 0, corners: &corners }];
+                let made = deform_polygons(
+                    &polygons,
+                    Deformation { volume: Some(&volume), ..Deformation::default() },
+                )
+                .unwrap();
+                for patch in &made.patches {
+                    let cell = patch.cell.unwrap();
+                    let other = compose_by_interpolation(&volume, cell, &patch.frame, patch.patch.degree());
+                    let size = patch.patch.control_points().iter().map(|p| p.length()).fold(1.0, f64::max);
+                    for step in 0..=20 {
+                        let st = DVec2::new(f64::from(step) / 20.0, f64::from(step * 7 % 21) / 20.0);
+                        let (a, b) = (patch.patch.eval(st), other.eval(st));
+                        // the condition numbers of both directions at uniform nodes cancel on the surface but for a
+                        // factor of the interpolation's Lebesgue constants, at most 30 each up to degree 8
+                        assert!(
+                            (a.position - b.position).length() < 1e-15 * 900.0 * size,
+                            "{degree:?} at {st}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_unit_cube_gives_36_sub_polygons_and_24_patches() {
+        let corner = |i: usize| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles: Vec<[DVec3; 3]> = quads
+            .iter()
+            .flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]])
+            .map(|t| t.map(corner))
+            .collect();
+        let polygons: Vec<_> =
+            (0..).zip(&triangles).map(|(face, c)| PlanarPolygon { face, corners: c }).collect();
+        let volume = random_volume(&mut Noise(1), [2; 3], false);
+        assert_eq!(volume.points(), [4; 3]);
+        let made =
+            deform_polygons(&polygons, Deformation { volume: Some(&volume), ..Deformation::default() })
+                .unwrap();
+        assert_eq!((made.subpolygons, made.patches.len()), (36, 24));
+        let area: f64 = made.patches.iter().map(rest_area).sum();
+        assert!((area - 6.0).abs() < 1e-12, "area {area}");
+    }
+
+    /// Area of a patch's trim on the undeformed plane.
+    fn rest_area(patch: &TrimmedPatch) -> f64 {
+        let scale = patch.frame.s.cross(patch.frame.t).length();
+        let loops = patch.trim.loops().iter().map(|l| polygon::doubled_area(patch.trim.corners(l)));
+        loops.sum::<f64>() * 0.5 * scale
+    }
+
+    #[test]
+    fn extreme_weights_are_split_until_positive() {
+        let mut noise = Noise(21);
+        let mut split = 0;
+        for _ in 0..40 {
+            let mut points = random_volume(&mut noise, [3; 3], false).control_points();
+            for point in &mut points {
+                point.w = libm::exp(12.0 * noise.next());
+            }
+            let axes =
+                crate::spline::SplineVolume::identity([3; 3], [5; 3], [DVec3::ZERO, DVec3::ONE]).unwrap();
+            let volume = SplineVolume::try_new(axes.axes().clone(), &points).unwrap();
+            let corners = random_triangle(&mut noise, 5);
+            let polygons = [PlanarPolygon { face: 0, corners: &corners }];
+            let made =
+                deform_polygons(&polygons, Deformation { volume: Some(&volume), ..Deformation::default() })
+                    .unwrap();
+            let groups = made.subpolygons;
+            split += made.patches.len() - groups;
+            assert!(made.patches.iter().all(|p| p.patch.has_positive_weights()));
+            let area: f64 = made.patches.iter().map(rest_area).sum();
+            let want = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
+            assert!((area - want).abs() < 1e-12, "area {area}, want {want}");
+        }
+        assert!(split > 0, "the weights are extreme enough to need a split");
+    }
+}

@@ -1,0 +1,15 @@
+//! Stage 3: trimmed Bézier patches.
+
+mod bezier_patch;
+mod build;
+mod compose;
+mod interpolation;
+mod trim;
+
+pub use bezier_patch::{BezierPatch, PatchPoint};
+pub use build::{
+    BuildError, BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, TrimmedPatch, deform_polygons,
+};
+pub use compose::Composer;
+pub use interpolation::compose_by_interpolation;
+pub use trim::{TrimLoop, TrimRegion};

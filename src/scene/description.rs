@@ -1,0 +1,231 @@
+//! A scene as its file gives it: checked plain data, before any mesh is read.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use glam::{DAffine3, DVec3};
+
+use super::diagnostic::Located;
+use super::names::{Choice, lookup};
+use crate::film::FilmSettings;
+use crate::shade::{CameraSettings, Light, Material, RenderSettings};
+use crate::spline::{Axis, SignedAxis};
+use crate::subdivide::FrameChoice;
+
+/// A whole scene file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneDescription {
+    /// The scene file.
+    pub path: PathBuf,
+    /// The camera; if none, one that frames all objects.
+    pub camera: Option<CameraSettings>,
+    /// The film.
+    pub film: FilmSettings,
+    /// What decides the picture besides the scene.
+    pub render: RenderSettings,
+    /// The materials, in the file's order; their names differ.
+    pub materials: Vec<NamedMaterial>,
+    /// The lights; if none are listed at all, see [`SceneDescription::lights_or_default`].
+    pub lights: Option<Vec<Light>>,
+    /// The objects, at least one; their names differ.
+    pub objects: Vec<ObjectDescription>,
+}
+
+impl SceneDescription {
+    /// The lights, or one constant light of radiance 1 where the file lists none.
+    #[must_use]
+    pub fn lights_or_default(&self) -> Vec<Light> {
+        self.lights.clone().unwrap_or_else(|| vec![Light::Constant { radiance: DVec3::ONE }])
+    }
+
+    /// The material of `object`, or the default one.
+    ///
+    /// # Panics
+    /// If `object` belongs to another scene with more materials.
+    #[must_use]
+    pub fn material_of(&self, object: &ObjectDescription) -> Material {
+        object.material.map(|index| self.materials[index].material).unwrap_or_default()
+    }
+}
+
+/// A material and the name that objects call it by.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedMaterial {
+    /// Its name.
+    pub name: Located<String>,
+    /// The material.
+    pub material: Material,
+}
+
+/// One object: a mesh, placed, then deformed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectDescription {
+    /// Its name.
+    pub name: Located<String>,
+    /// The mesh file, on the path of the scene file's folder.
+    pub mesh: Located<PathBuf>,
+    /// Index into the scene's materials; if none, the default material.
+    pub material: Option<usize>,
+    /// Places the mesh in the world before it is deformed; invertible.
+    pub transform: DAffine3,
+    /// How the deformed shape is represented.
+    pub method: Method,
+    /// The deformations, in the order they apply.
+    pub deform: Vec<Located<FfdDescription>>,
+}
+
+/// How a deformed shape is represented for tracing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Trimmed Bézier patches, without approximation.
+    #[default]
+    Exact,
+}
+
+impl FromStr for Method {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        // the part after the colon is the method's parameter
+        let (name, parameter) = match text.split_once(':') {
+            Some((name, parameter)) => (name, Some(parameter)),
+            None => (text, None),
+        };
+        lookup("method", &["exact"], name)?;
+        match parameter {
+            None => Ok(Self::Exact),
+            Some(_) => Err("method exact takes no parameter: write exact alone".to_owned()),
+        }
+    }
+}
+
+/// A free-form deformation by a B-spline volume over a box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FfdDescription {
+    /// Degree along each axis, in `1..=4`.
+    pub degree: [usize; 3],
+    /// Control points along each axis, more than the degree.
+    pub points: [usize; 3],
+    /// Least and greatest corner of the lattice's box, with extent along every axis; if none, the
+    /// bounding box of the object after its transform.
+    pub bounds: Option<[DVec3; 2]>,
+    /// What happens to parts of the object outside the box.
+    pub outside: Outside,
+    /// Outermost layers of control points that stay.
+    pub hold: usize,
+    /// The frames of the patches.
+    pub frame: FrameChoice,
+    /// Edits of the lattice, in the order they apply.
+    pub edits: Vec<Located<Edit>>,
+}
+
+/// What happens to parts of an object outside the lattice's box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Outside {
+    /// They stay as they are.
+    #[default]
+    Keep,
+    /// They are an error.
+    Error,
+}
+
+impl FromStr for SignedAxis {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (negative, name) = match text.strip_prefix('-') {
+            Some(name) => (true, name),
+            None => (false, text.strip_prefix('+').unwrap_or(text)),
+        };
+        let axis = Axis::from_name(name)?;
+        Ok(Self { axis, negative })
+    }
+}
+
+/// An edit of a lattice's control points.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Edit {
+    /// Moves one control point.
+    Move {
+        /// Its index along each axis, inside the lattice and not held.
+        index: [usize; 3],
+        /// Where it goes.
+        to: MoveTo,
+    },
+    /// Turns about the box's centre line by the right-hand rule.
+    Twist {
+        /// Direction of the centre line.
+        axis: Axis,
+        /// Degrees at the far end, 0 at the near end.
+        angle: f64,
+    },
+    /// Scales across the box's centre line.
+    Taper {
+        /// Direction of the centre line.
+        axis: Axis,
+        /// Factors at the far end along [`Axis::cross_axes`], 1 at the near end.
+        scale: [f64; 2],
+    },
+    /// Bends the box's centre line to a circle's arc (Barr 1984).
+    Bend {
+        /// Direction of the centre line.
+        axis: Axis,
+        /// Degrees at the far end, 0 at the near end.
+        angle: f64,
+        /// The side that the far end bends to; across `axis`.
+        toward: SignedAxis,
+    },
+    /// Distance from the centre line times `1 + amount·sin(π z)`, z in `[0, 1]` along the axis.
+    Bulge {
+        /// Direction of the centre line.
+        axis: Axis,
+        /// Growth in the middle.
+        amount: f64,
+    },
+    /// Sets the weight of one control point.
+    Weight {
+        /// Its index along each axis, inside the lattice and not held.
+        index: [usize; 3],
+        /// The weight, above 0.
+        value: f64,
+    },
+    /// Sets all control points.
+    ControlPoints {
+        /// A `.npy` file, on the path of the scene file's folder.
+        path: PathBuf,
+    },
+}
+
+/// Where a control point is moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MoveTo {
+    /// By this much from where it is.
+    By(DVec3),
+    /// To this place.
+    To(DVec3),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_parse() {
+        assert_eq!("exact".parse(), Ok(Method::Exact));
+        for (text, message) in [
+            ("exat", r#"unknown method "exat" (known: exact); did you mean "exact"?"#),
+            ("exact:2", "method exact takes no parameter: write exact alone"),
+            ("pointwise:3", r#"method "pointwise" is not available in this version (available: exact)"#),
+        ] {
+            assert_eq!(text.parse::<Method>(), Err(message.to_owned()));
+        }
+    }
+
+    #[test]
+    fn signed_axes_parse() {
+        for (text, axis, negative) in [("x", Axis::X, false), ("+y", Axis::Y, false), ("-z", Axis::Z, true)] {
+            assert_eq!(text.parse(), Ok(SignedAxis { axis, negative }));
+        }
+        assert!("--x".parse::<SignedAxis>().is_err());
+    }
+}

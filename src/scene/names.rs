@@ -1,0 +1,246 @@
+//! Names that a scene file or a flag chooses from, and what to say of any other name.
+
+use super::description::Outside;
+use super::unavailable;
+use crate::film::{Aov, Filter};
+use crate::shade::{FovAxis, IntegratorKind};
+use crate::spline::Axis;
+use crate::subdivide::FrameChoice;
+
+/// A value that is chosen by its name.
+pub trait Choice: Copy + 'static {
+    /// What is chosen, for messages.
+    const WHAT: &'static str;
+    /// All values, in the order they are listed to users.
+    const ALL: &'static [Self];
+
+    /// The name.
+    fn name(self) -> &'static str;
+
+    /// All names, in the order of [`Choice::ALL`].
+    #[must_use]
+    fn names() -> Vec<&'static str> {
+        Self::ALL.iter().map(|choice| choice.name()).collect()
+    }
+
+    /// The value of a name.
+    ///
+    /// # Errors
+    /// A message with the known names if there is no such value.
+    fn from_name(name: &str) -> Result<Self, String> {
+        let names = Self::names();
+        let index = lookup(Self::WHAT, &names, name)?;
+        Ok(Self::ALL[index])
+    }
+}
+
+/// Index of `name` in `known`.
+///
+/// # Errors
+/// A message with the known names if it is not among them.
+pub(super) fn lookup(what: &str, known: &[&str], name: &str) -> Result<usize, String> {
+    if let Some(index) = known.iter().position(|known| *known == name) {
+        return Ok(index);
+    }
+    let list = known.join(", ");
+    if unavailable::name(what, name) {
+        return Err(unavailable::message(&format!("{what} {name:?}"), &list));
+    }
+    Err(format!("unknown {what} {} (known: {list}){}", quoted(name), did_you_mean(name, known)))
+}
+
+/// The known name that `name` is most likely a misspelling of.
+pub(super) fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
+    // a name far longer than any other is no misspelling, and the distance costs its square
+    if name.len() > 64 {
+        return None;
+    }
+    let name = name.to_lowercase();
+    known
+        .iter()
+        .map(|known| (strsim::damerau_levenshtein(&name, known), *known))
+        // a third of the letters wrong still reads as the word meant; one of two does not
+        .filter(|(distance, known)| *distance <= known.chars().count().div_ceil(3).min(3))
+        .filter(|(distance, known)| *distance < known.chars().count())
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, known)| known)
+}
+
+/// `; did you mean "…"?`, or nothing.
+pub(super) fn did_you_mean(name: &str, known: &[&str]) -> String {
+    closest(name, known).map_or_else(String::new, |known| format!("; did you mean {known:?}?"))
+}
+
+/// A user's text in quotes, on one line and shortened.
+pub(super) fn quoted(text: &str) -> String {
+    format!("{:?}", shortened(text))
+}
+
+/// The beginning of a user's text.
+pub(super) fn shortened(text: &str) -> String {
+    const LONGEST: usize = 60;
+    let mut shown: String = text.chars().take(LONGEST).collect();
+    if shown.len() < text.len() {
+        shown.push('…');
+    }
+    shown
+}
+
+impl Choice for IntegratorKind {
+    const WHAT: &'static str = "integrator";
+    const ALL: &'static [Self] = &[Self::Path, Self::Direct];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+            Self::Direct => "direct",
+        }
+    }
+}
+
+impl Choice for FovAxis {
+    const WHAT: &'static str = "fov_axis";
+    const ALL: &'static [Self] = &[Self::X, Self::Y, Self::Diagonal, Self::Smaller, Self::Larger];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Diagonal => "diagonal",
+            Self::Smaller => "smaller",
+            Self::Larger => "larger",
+        }
+    }
+}
+
+impl Choice for Filter {
+    const WHAT: &'static str = "filter";
+    const ALL: &'static [Self] = &[Self::Box];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Box => "box",
+        }
+    }
+}
+
+impl Choice for Aov {
+    const WHAT: &'static str = "aov";
+    const ALL: &'static [Self] = &[
+        Self::Depth,
+        Self::Position,
+        Self::Normal,
+        Self::GeoNormal,
+        Self::Uv,
+        Self::St,
+        Self::Rest,
+        Self::Object,
+        Self::Face,
+        Self::Patch,
+        Self::Albedo,
+        Self::Variance,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Depth => "depth",
+            Self::Position => "position",
+            Self::Normal => "normal",
+            Self::GeoNormal => "geo_normal",
+            Self::Uv => "uv",
+            Self::St => "st",
+            Self::Rest => "rest",
+            Self::Object => "object",
+            Self::Face => "face",
+            Self::Patch => "patch",
+            Self::Albedo => "albedo",
+            Self::Variance => "variance",
+        }
+    }
+}
+
+impl Choice for Axis {
+    const WHAT: &'static str = "axis";
+    const ALL: &'static [Self] = &[Self::X, Self::Y, Self::Z];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+        }
+    }
+}
+
+impl Choice for Outside {
+    const WHAT: &'static str = "outside";
+    const ALL: &'static [Self] = &[Self::Keep, Self::Error];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Keep => "keep",
+            Self::Error => "error",
+        }
+    }
+}
+
+impl Choice for FrameChoice {
+    const WHAT: &'static str = "frame";
+    const ALL: &'static [Self] = &[Self::Parallelogram, Self::Rectangle];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Parallelogram => "parallelogram",
+            Self::Rectangle => "rectangle",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn round_trip<C: Choice + PartialEq + std::fmt::Debug>() {
+        for choice in C::ALL {
+            assert_eq!(C::from_name(choice.name()), Ok(*choice));
+        }
+    }
+
+    #[test]
+    fn names_round_trip() {
+        round_trip::<IntegratorKind>();
+        round_trip::<FovAxis>();
+        round_trip::<Filter>();
+        round_trip::<Aov>();
+        round_trip::<Axis>();
+        round_trip::<Outside>();
+        round_trip::<FrameChoice>();
+    }
+
+    #[test]
+    fn unknown_names_list_the_known() {
+        for (name, message) in [
+            ("pth", r#"unknown integrator "pth" (known: path, direct); did you mean "path"?"#),
+            ("Direct", r#"unknown integrator "Direct" (known: path, direct); did you mean "direct"?"#),
+            ("volume", r#"unknown integrator "volume" (known: path, direct)"#),
+            ("", r#"unknown integrator "" (known: path, direct)"#),
+        ] {
+            assert_eq!(IntegratorKind::from_name(name), Err(message.to_owned()));
+        }
+    }
+
+    #[test]
+    fn later_names_are_told_apart() {
+        assert_eq!(
+            Filter::from_name("tent"),
+            Err(r#"filter "tent" is not available in this version (available: box)"#.to_owned())
+        );
+    }
+
+    #[test]
+    fn long_text_is_shortened_on_one_line() {
+        let shown = quoted(&"a\n".repeat(100));
+        assert!(!shown.contains('\n'));
+        assert!(shown.ends_with("…\""));
+    }
+}

@@ -1,0 +1,282 @@
+//! `[[object.deform]]` of type "ffd", and its edits.
+
+use glam::DVec3;
+
+use crate::scene::description::{Edit, FfdDescription, MoveTo};
+use crate::scene::diagnostic::Located;
+use crate::scene::names::Choice;
+use crate::scene::reader::{Converted, Table, Value};
+use crate::spline::{Axis, SignedAxis};
+
+/// Most control points of a lattice. At 32 bytes each they take half a gigabyte; the patches that
+/// so fine a lattice cuts a mesh into take far more.
+pub const MAX_CONTROL_POINTS: usize = 1 << 24;
+
+/// Highest degree along an axis: the patches' degrees are sums of three of these.
+const MAX_DEGREE: i128 = 4;
+
+const AXES: [char; 3] = ['x', 'y', 'z'];
+
+/// Reads and checks a deformation.
+pub(super) fn read(mut table: Table<'_>) -> Option<Located<FfdDescription>> {
+    const KEYS: &[&str] = &["type", "degree", "points", "bounds", "outside", "hold", "frame", "edit"];
+    if !table.has("type") {
+        table.check_keys(KEYS);
+    }
+    table.required_name("type", "deform type", &["ffd"])?;
+    table.check_keys(KEYS);
+    let degrees = format!("three integers from 1 to {MAX_DEGREE}");
+    let degree =
+        table.required("degree", &degrees, |value| value.array(|element| element.integer(1..=MAX_DEGREE)));
+    let counts = format!("three integers from 2 to {MAX_CONTROL_POINTS}");
+    let points = table.required("points", &counts, |value| {
+        value.array(|element| element.integer(2..=MAX_CONTROL_POINTS as i128))
+    });
+    check_counts(&table, degree, points);
+    let bounds = read_bounds(&table);
+    let outside = table.choice("outside");
+    let hold = table
+        .optional("hold", "an integer of at least 0", |value| value.integer(0..=MAX_CONTROL_POINTS as i128));
+    let frame = table.choice("frame");
+    let lattice = Lattice { points, hold: hold.unwrap_or(0) };
+    let edits = table.tables("edit", "[[object.deform.edit]]");
+    let edits = edits.unwrap_or_default().into_iter();
+    let edits = edits.filter_map(|edit| lattice.read_edit(edit)).collect();
+    let location = table.location();
+    let value = FfdDescription {
+        degree: degree?,
+        points: points?,
+        bounds,
+        outside: outside.unwrap_or_default(),
+        hold: lattice.hold,
+        frame: frame.unwrap_or_default(),
+        edits,
+    };
+    Some(Located { value, location })
+}
+
+fn check_counts(table: &Table<'_>, degree: Option<[usize; 3]>, points: Option<[usize; 3]>) {
+    let Some(points) = points else {
+        return;
+    };
+    for (axis, degree) in degree.iter().flatten().enumerate() {
+        if points[axis] <= *degree {
+            let message = format!(
+                "points must be more than the degree along each axis: {} along {}, where the degree is {degree}",
+                points[axis], AXES[axis]
+            );
+            table.report_value("points", message);
+        }
+    }
+    let total = points.iter().try_fold(1_usize, |total, count| total.checked_mul(*count));
+    if total.is_none_or(|total| total > MAX_CONTROL_POINTS) {
+        let message = format!("points {points:?} make more than {MAX_CONTROL_POINTS} control points");
+        table.report_value("points", message);
+    }
+}
+
+fn read_bounds(table: &Table<'_>) -> Option<[DVec3; 2]> {
+    let expected = "[[x, y, z], [x, y, z]] of finite numbers, the least corner and the greatest";
+    let bounds: [DVec3; 2] = table.optional("bounds", expected, |value| value.array(Value::vector))?;
+    for axis in 0..3 {
+        let [min, max] = bounds.map(|corner| corner[axis]);
+        let name = AXES[axis];
+        if min >= max {
+            let message = format!(
+                "bounds are a box with no extent along {name}: {min} to {max}; the least corner comes first"
+            );
+            table.report_value("bounds", message);
+        } else if !(max - min).is_finite() {
+            let message = format!("bounds are too large along {name} for double precision");
+            table.report_value("bounds", message);
+        }
+    }
+    Some(bounds)
+}
+
+/// Kinds of edit, each with the keys beside it.
+const EDITS: [(&str, &[&str]); 7] = [
+    ("move", &["move", "by", "to"]),
+    ("twist", &["twist"]),
+    ("taper", &["taper"]),
+    ("bend", &["bend"]),
+    ("bulge", &["bulge"]),
+    ("weight", &["weight", "value"]),
+    ("control_points", &["control_points"]),
+];
+
+/// What edits are checked against.
+struct Lattice {
+    points: Option<[usize; 3]>,
+    hold: usize,
+}
+
+impl Lattice {
+    fn read_edit(&self, mut table: Table<'_>) -> Option<Located<Edit>> {
+        let present: Vec<_> = EDITS.iter().filter(|(kind, _)| table.has(kind)).collect();
+        let (kind, keys) = match present.as_slice() {
+            [] => {
+                report_no_kind(table);
+                return None;
+            }
+            [only] => **only,
+            [(first, _), (second, _), ..] => {
+                let message = format!(
+                    "an edit does one thing, not {first} and {second}: write an [[object.deform.edit]] for each"
+                );
+                table.report_key(second, message);
+                table.check_keys(&all_keys());
+                return None;
+            }
+        };
+        table.check_keys(keys);
+        let location = table.value(kind)?.location();
+        let value = match kind {
+            "move" => self.read_move(&table),
+            "twist" => read_twist(&table),
+            "taper" => read_taper(&table),
+            "bend" => read_bend(&table),
+            "bulge" => read_bulge(&table),
+            "weight" => self.read_weight(&table),
+            _ => table
+                .required(kind, "the path of a .npy file", Value::path)
+                .map(|path| Edit::ControlPoints { path }),
+        }?;
+        Some(Located { value, location })
+    }
+
+    fn read_move(&self, table: &Table<'_>) -> Option<Edit> {
+        let index = self.read_index(table, "move");
+        let vector = "[x, y, z] of finite numbers";
+        let by = table.optional("by", vector, Value::vector);
+        let to = table.optional("to", vector, Value::vector);
+        let to = match (table.has("by"), table.has("to")) {
+            (true, true) => {
+                let message = "a move has either by (a displacement) or to (a place), not both";
+                table.report_key("to", message.to_owned());
+                None
+            }
+            (false, false) => {
+                let excused = table.is_excused("by") || table.is_excused("to");
+                if !excused {
+                    let message = "a move needs by (a displacement [x, y, z]) or to (a place [x, y, z])";
+                    table.report_value("move", message.to_owned());
+                }
+                None
+            }
+            _ => by.map(MoveTo::By).or(to.map(MoveTo::To)),
+        };
+        Some(Edit::Move { index: index?, to: to? })
+    }
+
+    fn read_weight(&self, table: &Table<'_>) -> Option<Edit> {
+        let index = self.read_index(table, "weight");
+        let value =
+            table.required("value", "a number above 0", |value| value.number_where(|weight| weight > 0.0));
+        Some(Edit::Weight { index: index?, value: value? })
+    }
+
+    /// The index of a control point that may be edited.
+    fn read_index(&self, table: &Table<'_>, key: &str) -> Option<[usize; 3]> {
+        let expected = "[i, j, k], the index of a control point, integers of at least 0";
+        let index: [usize; 3] = table.required(key, expected, |value| {
+            value.array(|element| element.integer(0..=usize::MAX as i128))
+        })?;
+        let points = self.points?;
+        let last = points.map(|count| count - 1);
+        if (0..3).any(|axis| index[axis] > last[axis]) {
+            let message = format!("control point {index:?} is outside the lattice: the last is {last:?}");
+            table.report_value(key, message);
+            return None;
+        }
+        let hold = self.hold;
+        if (0..3).any(|axis| index[axis] < hold || last[axis] - index[axis] < hold) {
+            let free = if (0..3).all(|axis| 2 * hold < points[axis]) {
+                let last_free = last.map(|last| last - hold);
+                format!("free are {:?} to {last_free:?}", [hold; 3])
+            } else {
+                "it leaves none free".to_owned()
+            };
+            let message = format!("control point {index:?} is held by hold = {hold}: {free}");
+            table.report_value(key, message);
+            return None;
+        }
+        Some(index)
+    }
+}
+
+fn all_keys() -> Vec<&'static str> {
+    let keys = EDITS.iter().flat_map(|(_, keys)| keys.iter().copied());
+    keys.collect()
+}
+
+fn report_no_kind(mut table: Table<'_>) {
+    table.check_keys(&all_keys());
+    let kinds = EDITS.map(|(kind, _)| kind);
+    if !kinds.iter().any(|kind| table.is_excused(kind)) {
+        table.report(format!("an edit needs one of {}", kinds.join(", ")));
+    }
+}
+
+/// The table under an edit's own key, with its keys checked.
+fn inner<'a>(
+    table: &Table<'a>,
+    key: &'static str,
+    keys: &[&'static str],
+    expected: &str,
+) -> Option<Table<'a>> {
+    let mut inner = table.required(key, expected, |value| value.table(key))?;
+    inner.check_keys(keys);
+    Some(inner)
+}
+
+fn read_angle(table: &Table<'_>) -> Option<f64> {
+    table.required("angle", "a finite number of degrees", Value::number)
+}
+
+fn read_twist(table: &Table<'_>) -> Option<Edit> {
+    let expected = "a table { axis, angle }";
+    let twist = inner(table, "twist", &["axis", "angle"], expected)?;
+    let axis = twist.required_choice("axis");
+    let angle = read_angle(&twist);
+    Some(Edit::Twist { axis: axis?, angle: angle? })
+}
+
+fn read_taper(table: &Table<'_>) -> Option<Edit> {
+    let expected = "a table { axis, scale }";
+    let taper = inner(table, "taper", &["axis", "scale"], expected)?;
+    let axis = taper.required_choice("axis");
+    let expected = "a finite number, or one for each of the two other axes";
+    let scale = taper.required("scale", expected, factors);
+    Some(Edit::Taper { axis: axis?, scale: scale? })
+}
+
+fn factors(value: Value<'_>) -> Converted<[f64; 2]> {
+    if value.is_array() { value.array(Value::number) } else { value.number().map(|factor| [factor; 2]) }
+}
+
+fn read_bend(table: &Table<'_>) -> Option<Edit> {
+    let expected = "a table { axis, angle, toward }";
+    let bend = inner(table, "bend", &["axis", "angle", "toward"], expected)?;
+    let axis: Option<Axis> = bend.required_choice("axis");
+    let angle = read_angle(&bend);
+    let sides = r#"the axis to bend to, such as "x" or "-x""#;
+    let toward = bend.required("toward", sides, Value::text);
+    let toward = toward.and_then(|text| bend.converted("toward", text.parse::<SignedAxis>()));
+    let (axis, toward) = (axis?, toward?);
+    if axis == toward.axis {
+        let [a, b] = axis.cross_axes().map(Choice::name);
+        let name = axis.name();
+        let message = format!("toward must be across the axis {name}: one of {a}, -{a}, {b}, -{b}");
+        bend.report_value("toward", message);
+    }
+    Some(Edit::Bend { axis, angle: angle?, toward })
+}
+
+fn read_bulge(table: &Table<'_>) -> Option<Edit> {
+    let expected = "a table { axis, amount }";
+    let bulge = inner(table, "bulge", &["axis", "amount"], expected)?;
+    let axis = bulge.required_choice("axis");
+    let amount = bulge.required("amount", "a finite number", Value::number);
+    Some(Edit::Bulge { axis: axis?, amount: amount? })
+}

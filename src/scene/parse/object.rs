@@ -1,0 +1,63 @@
+//! `[[object]]`.
+
+use super::ffd;
+use super::shading::{Materials, Names};
+use crate::scene::description::{Method, ObjectDescription};
+use crate::scene::names::{did_you_mean, quoted};
+use crate::scene::reader::{Table, Value};
+use crate::scene::transform;
+use crate::scene::unavailable::{self, MAX_DEFORMATIONS};
+
+/// Reads and checks all objects.
+pub(super) fn read_all(tables: Vec<Table<'_>>, materials: &Materials) -> Vec<ObjectDescription> {
+    let mut names = Names::default();
+    tables.into_iter().filter_map(|table| read(table, &mut names, materials)).collect()
+}
+
+fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Option<ObjectDescription> {
+    table.check_keys(&["name", "mesh", "material", "transform", "normals", "method", "deform"]);
+    let name = names.read(&table);
+    let mesh =
+        table.required_located("mesh", "the path of an OBJ file, from the scene file's folder", Value::path);
+    let material = read_material(&table, materials);
+    let transform = transform::read(&table, "transform");
+    table.name_index("normals", "normals", &["face"]);
+    let method = table
+        .optional("method", "\"exact\"", Value::text)
+        .and_then(|method| table.converted("method", method.parse::<Method>()));
+    let deform = table.tables("deform", "[[object.deform]]");
+    let deform = deform.unwrap_or_default();
+    if let Some(extra) = deform.get(MAX_DEFORMATIONS) {
+        extra.report(unavailable::message(
+            "more than one deformation of an object",
+            &format!("{MAX_DEFORMATIONS} [[object.deform]] for each object"),
+        ));
+    }
+    let deform = deform.into_iter().filter_map(ffd::read).collect();
+    Some(ObjectDescription {
+        name: name?,
+        mesh: mesh?,
+        material,
+        transform: transform?,
+        method: method.unwrap_or_default(),
+        deform,
+    })
+}
+
+/// Index of the object's material.
+fn read_material(table: &Table<'_>, materials: &Materials) -> Option<usize> {
+    let expected = "the name of a [[material]]";
+    let name = table.optional("material", expected, Value::text)?;
+    let index = materials.names.iter().position(|known| known == name);
+    if index.is_none() {
+        let known: Vec<&str> = materials.names.iter().map(String::as_str).collect();
+        let list = match known.as_slice() {
+            [] => "the scene has no [[material]]".to_owned(),
+            known => format!("known: {}", known.join(", ")),
+        };
+        let suggestion = did_you_mean(name, &known);
+        let message = format!("unknown material {} ({list}){suggestion}", quoted(name));
+        table.report_value("material", message);
+    }
+    index
+}

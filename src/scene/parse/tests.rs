@@ -1,0 +1,363 @@
+use std::path::{Path, PathBuf};
+
+use glam::{DAffine3, DMat3, DVec3};
+use proptest::prelude::*;
+
+use super::*;
+use crate::film::{Aov, FilmSettings, Filter};
+use crate::scene::{
+    Edit, FfdDescription, Located, Location, Method, MoveTo, NamedMaterial, ObjectDescription, Outside,
+};
+use crate::shade::{CameraSettings, FovAxis, IntegratorKind, Light, Material, RenderSettings};
+use crate::spline::{Axis, SignedAxis};
+use crate::subdivide::FrameChoice;
+
+const FULL: &str = r#"# every key that this version has
+[camera]
+origin = [3.0, -4.0, 2.0]
+target = [0, 0, 0.5]
+up     = [0.0, 0.0, 1.0]
+fov = 35.0
+fov_axis = "y"
+aperture_radius = 0.0
+focus_distance = 5.0
+
+[film]
+size = [640, 480]
+filter = "box"
+crop = [10, 20, 600, 400]
+
+[render]
+integrator = "direct"
+spp = 1_6
+max_depth = -1
+rr_depth = 7
+seed = 0xffff_ffff_ffff_ffff
+aovs = ["depth", "position"]
+hide_emitters = true
+
+[[material]]
+name = "clay"
+type = "diffuse"
+reflectance = [0.6, 0.5, 0.4]
+two_sided = false
+[[material]]
+name = "grey"
+type = "diffuse"
+reflectance = 0.25
+
+[[light]]
+type = "constant"
+radiance = 2
+[[light]]
+type = "point"
+position = [1, 2, 3]
+intensity = [4, 5, 6]
+[[light]]
+type = "area"
+shape = "rectangle"
+to_world = [{ look_at = { origin = [0, 0, 5], target = [0, 0, 0], up = [0, 1, 0] } }]
+radiance = [7, 8, 9]
+
+[[object]]
+name = "cube"
+mesh = "meshes/cube.obj"
+material = "grey"
+transform = [ { scale = 2.0 }, { rotate = { axis = [0,0,1], angle = 90 } }, { translate = [0,0,1] } ]
+normals = "face"
+method = "exact"
+[[object.deform]]
+type = "ffd"
+degree = [2, 3, 1]
+points = [4, 5, 6]
+bounds = [[0,0,0],[1,1,1]]
+outside = "error"
+hold = 1
+frame = "rectangle"
+[[object.deform.edit]]
+move = [1, 2, 3]
+by = [0.0, 0.0, 0.3]
+[[object.deform.edit]]
+move = [2, 3, 4]
+to = [1, 2, 3]
+[[object.deform.edit]]
+twist = { axis = "z", angle = 90.0 }
+[[object.deform.edit]]
+taper = { axis = "x", scale = [0.5, 2] }
+[[object.deform.edit]]
+bend = { axis = "y", angle = -45, toward = "-x" }
+[[object.deform.edit]]
+bulge = { axis = "z", amount = -0.2 }
+[[object.deform.edit]]
+weight = [1, 1, 1]
+value = 2.0
+[[object.deform.edit]]
+control_points = "lattice.npy"
+
+[[object]]
+name = "plain"
+mesh = "/abs/plain.obj"
+"#;
+
+fn at(line: usize, column: usize) -> Location {
+    Location { line, column }
+}
+
+fn located<T>(value: T, line: usize, column: usize) -> Located<T> {
+    Located { value, location: at(line, column) }
+}
+
+fn parse(text: &str) -> Result<SceneDescription, SceneError> {
+    parse_scene_str(text, Path::new("scenes/a.toml"))
+}
+
+fn full_edits() -> Vec<Located<Edit>> {
+    let index = [1, 2, 3];
+    vec![
+        located(Edit::Move { index, to: MoveTo::By(DVec3::new(0.0, 0.0, 0.3)) }, 64, 8),
+        located(Edit::Move { index: [2, 3, 4], to: MoveTo::To(DVec3::new(1.0, 2.0, 3.0)) }, 67, 8),
+        located(Edit::Twist { axis: Axis::Z, angle: 90.0 }, 70, 9),
+        located(Edit::Taper { axis: Axis::X, scale: [0.5, 2.0] }, 72, 9),
+        located(
+            Edit::Bend { axis: Axis::Y, angle: -45.0, toward: SignedAxis { axis: Axis::X, negative: true } },
+            74,
+            8,
+        ),
+        located(Edit::Bulge { axis: Axis::Z, amount: -0.2 }, 76, 9),
+        located(Edit::Weight { index: [1, 1, 1], value: 2.0 }, 78, 10),
+        located(Edit::ControlPoints { path: PathBuf::from("scenes/lattice.npy") }, 81, 18),
+    ]
+}
+
+fn full_objects() -> Vec<ObjectDescription> {
+    let ffd = FfdDescription {
+        degree: [2, 3, 1],
+        points: [4, 5, 6],
+        bounds: Some([DVec3::ZERO, DVec3::ONE]),
+        outside: Outside::Error,
+        hold: 1,
+        frame: FrameChoice::Rectangle,
+        edits: full_edits(),
+    };
+    let turned = DMat3::from_cols(2.0 * DVec3::Y, -2.0 * DVec3::X, 2.0 * DVec3::Z);
+    vec![
+        ObjectDescription {
+            name: located("cube".to_owned(), 49, 8),
+            mesh: located(PathBuf::from("scenes/meshes/cube.obj"), 50, 8),
+            material: Some(1),
+            transform: DAffine3::from_mat3_translation(turned, DVec3::Z),
+            method: Method::Exact,
+            deform: vec![located(ffd, 55, 1)],
+        },
+        ObjectDescription {
+            name: located("plain".to_owned(), 84, 8),
+            mesh: located(PathBuf::from("/abs/plain.obj"), 85, 8),
+            material: None,
+            transform: DAffine3::IDENTITY,
+            method: Method::Exact,
+            deform: Vec::new(),
+        },
+    ]
+}
+
+#[test]
+fn a_full_scene_gives_its_values() {
+    let scene = parse(FULL).unwrap();
+    assert_eq!(scene.path, Path::new("scenes/a.toml"));
+    assert_eq!(
+        scene.camera,
+        Some(CameraSettings {
+            origin: DVec3::new(3.0, -4.0, 2.0),
+            target: DVec3::new(0.0, 0.0, 0.5),
+            up: DVec3::Z,
+            fov: 35.0,
+            fov_axis: FovAxis::Y,
+        })
+    );
+    assert_eq!(
+        scene.film,
+        FilmSettings { size: [640, 480], filter: Filter::Box, crop: Some([10, 20, 600, 400]) }
+    );
+    assert_eq!(
+        scene.render,
+        RenderSettings {
+            integrator: IntegratorKind::Direct,
+            spp: 16,
+            max_depth: -1,
+            rr_depth: 7,
+            seed: u64::MAX,
+            aovs: vec![Aov::Depth, Aov::Position],
+            hide_emitters: true,
+        }
+    );
+    let diffuse = |name: &str, line, reflectance, two_sided| NamedMaterial {
+        name: located(name.to_owned(), line, 8),
+        material: Material::Diffuse { reflectance, two_sided },
+    };
+    assert_eq!(
+        scene.materials,
+        [
+            diffuse("clay", 26, DVec3::new(0.6, 0.5, 0.4), false),
+            diffuse("grey", 31, DVec3::splat(0.25), true),
+        ]
+    );
+    // z points down at the target, y stays up
+    let down = DMat3::from_cols(-DVec3::X, DVec3::Y, -DVec3::Z);
+    assert_eq!(
+        scene.lights,
+        Some(vec![
+            Light::Constant { radiance: DVec3::splat(2.0) },
+            Light::Point { position: DVec3::new(1.0, 2.0, 3.0), intensity: DVec3::new(4.0, 5.0, 6.0) },
+            Light::Rectangle {
+                to_world: DAffine3::from_mat3_translation(down, DVec3::new(0.0, 0.0, 5.0)),
+                radiance: DVec3::new(7.0, 8.0, 9.0),
+            },
+        ])
+    );
+    assert_eq!(scene.objects, full_objects());
+    assert_eq!(
+        scene.material_of(&scene.objects[1]),
+        Material::default(),
+        "an object without material has the default"
+    );
+}
+
+#[test]
+fn all_but_objects_may_be_left_out() {
+    let scene = parse("[[object]]\nname = \"a\"\nmesh = \"a.obj\"\n").unwrap();
+    assert_eq!(scene.camera, None);
+    assert_eq!(scene.film, FilmSettings::default());
+    assert_eq!(scene.render, RenderSettings::default());
+    assert_eq!(scene.lights, None);
+    assert_eq!(scene.lights_or_default(), [Light::Constant { radiance: DVec3::ONE }]);
+    assert_eq!(scene.objects[0].mesh.value, Path::new("scenes/a.obj"));
+}
+
+#[test]
+fn the_default_lens_is_that_of_mitsuba() {
+    let text =
+        "[camera]\norigin = [0, 1, 0]\ntarget = [0, 0, 0]\n[[object]]\nname = \"a\"\nmesh = \"a.obj\"\n";
+    let camera = parse(text).unwrap().camera.unwrap();
+    assert_eq!(camera.fov_axis, FovAxis::Diagonal);
+    assert!((camera.fov - 46.793_003).abs() < 1e-6, "got {}", camera.fov);
+}
+
+/// Every fault by itself: scene texts, each with exactly the messages it must give.
+///
+/// `faults.txt` holds cases of the form `=== where the text stands`, the text, and a `-> message`
+/// for each fault.
+#[test]
+fn each_fault_gives_its_message() {
+    let object = "[[object]]\nname = \"a\"\nmesh = \"a.obj\"\n";
+    let ffd = "[[object.deform]]\ntype = \"ffd\"\ndegree = [2, 2, 2]\npoints = [4, 4, 5]\n";
+    let cases = include_str!("faults.txt").split("=== ").skip(1);
+    let mut count = 0;
+    for case in cases {
+        let (place, case) = case.split_once('\n').unwrap();
+        let (messages, text): (Vec<&str>, Vec<&str>) =
+            case.trim_end().lines().partition(|line| line.starts_with("-> "));
+        let text = text.join("\n") + "\n";
+        let text = match place {
+            "alone" => text,
+            "before an object" => text + object,
+            "in an object" => object.to_owned() + &text,
+            "in an ffd" => object.to_owned() + ffd + &text,
+            _ => panic!("unknown place {place:?}"),
+        };
+        let want: Vec<String> =
+            messages.iter().map(|message| message.replacen("-> ", "scenes/a.toml:", 1)).collect();
+        let got = parse(&text).err().map_or_else(String::new, |error| error.to_string());
+        assert_eq!(got, want.join("\n"), "scene:\n{text}");
+        count += 1;
+    }
+    assert!(count > 120, "only {count} cases were found");
+}
+
+#[test]
+fn files_that_are_no_scenes_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let message = |name: &str, bytes: Option<&[u8]>| {
+        let path = folder.path().join(name);
+        if let Some(bytes) = bytes {
+            std::fs::write(&path, bytes).unwrap();
+        }
+        let error = parse_scene(&path).unwrap_err().to_string();
+        let prefix = path.display().to_string();
+        error.strip_prefix(&prefix).unwrap().to_owned()
+    };
+    assert_eq!(message("", None), ": is a folder; a scene is a TOML file");
+    let missing = message("missing.toml", None);
+    assert!(missing.starts_with(": cannot read the scene file: No such file"), "{missing}");
+    assert_eq!(
+        message("binary.toml", Some(b"a = 1\n\xc3\xa9 = \xff\xfe")),
+        ":2:5: is not UTF-8 text (byte 0xff); a scene is TOML in UTF-8"
+    );
+    assert_eq!(
+        message("cut.toml", Some(b"a = \"\xc3")),
+        ":1:6: is not UTF-8 text (byte 0xc3); a scene is TOML in UTF-8"
+    );
+    assert_eq!(
+        message("zero.toml", Some(b"a = \0")),
+        ":1:5: is not text (a zero byte); a scene is TOML in UTF-8"
+    );
+    let lines: String = (0..1000).map(|line| format!("v {line} 0 0\n")).collect();
+    let other = message("mesh.obj", Some(lines.as_bytes()));
+    assert_eq!(other.lines().count(), MAX_TOML_FAULTS + 1);
+    assert!(other.ends_with("more than 20 faults in the TOML; is it a scene?"));
+}
+
+#[test]
+fn deep_nesting_does_not_exhaust_the_stack() {
+    let key = vec!["a"; 200_000].join(".");
+    for text in [
+        format!("{key} = 1"),
+        format!("[{key}]"),
+        format!("b = {{ {key} = 1 }}"),
+        format!("{} = 1", vec!["a"; MAX_KEY_PARTS].join(".")),
+        format!("a = {}", "[".repeat(100_000)),
+        format!("a = {}", "{a=".repeat(100_000)),
+    ] {
+        assert!(parse(&text).is_err());
+    }
+}
+
+#[test]
+fn a_byte_order_mark_and_line_ends_of_windows_are_no_faults() {
+    let text = format!("\u{feff}{}", FULL.replace('\n', "\r\n"));
+    assert_eq!(parse(&text), parse(FULL));
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_are_read_without_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        std::fs::write(&path, bytes).unwrap();
+        if let Err(error) = parse_scene(&path) {
+            prop_assert!(!error.diagnostics.is_empty());
+        }
+    }
+
+    #[test]
+    fn any_text_is_read_without_panic(text in "(?s)[\\[\\]{}=\"'.,#\\n a-z0-9é-]{0,200}") {
+        if let Err(error) = parse(&text) {
+            prop_assert!(!error.diagnostics.is_empty());
+        }
+    }
+
+    #[test]
+    fn any_damage_is_read_without_panic(
+        start in 0..FULL.len(),
+        length in 0_usize..40,
+        put in prop::sample::select(vec![
+            "", "\"", "[", "]", "{", "}", "=", ".", "\n", "[[object]]", "nan", "-inf", "-1", "0",
+            "1e999", "99999999999999999999999999999999999999999999", "[]", "{}", "1979-05-27", "é\0", "\u{feff}",
+        ]),
+    ) {
+        let mut text = FULL.to_owned();
+        text.replace_range(start..(start + length).min(FULL.len()), put);
+        if let Err(error) = parse(&text) {
+            prop_assert!(!error.diagnostics.is_empty());
+        }
+    }
+}

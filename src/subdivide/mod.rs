@@ -1,0 +1,10 @@
+//! Stage 2: polygons cut at the knot planes, grouped by plane, each group in an affine frame.
+
+mod coplanar;
+mod cut;
+mod frame;
+
+pub(crate) use coplanar::{Group, Plane, group_coplanar};
+pub(crate) use cut::{Pieces, cut_at_knot_planes};
+pub use frame::{Frame, FrameChoice};
+pub(crate) use frame::{FramedPlane, frame_group};

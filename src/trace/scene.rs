@@ -1,0 +1,420 @@
+//! Objects ready to trace, and the queries rays ask of them.
+
+use std::cell::RefCell;
+
+use glam::{DVec2, DVec3};
+
+use crate::math::rounding::gamma;
+use crate::patch::{TrimLoop, TrimmedPatch};
+
+use super::bvh::Bvh;
+use super::interaction::{Geometry, SurfaceInteraction};
+use super::projection::{AcrossRay, ProjectedNet};
+use super::ray::Ray;
+use super::search::{PatchRoot, SearchScratch, find_roots};
+use super::statistics::TraceStatistics;
+
+/// Rounded operations of evaluating a patch's point: two passes of at most 13 products and sums, the basis, the
+/// division by the weight.
+const EVAL_OPERATIONS: u32 = 64;
+
+/// Gives texture coordinates: of a prepared polygon at a point of the undeformed object; NaN where there are none.
+pub trait UvLookup: Send + Sync + std::fmt::Debug {
+    /// Texture coordinates of `polygon` at `rest`.
+    fn uv(&self, polygon: u32, rest: DVec3) -> DVec2;
+}
+
+/// An object as patches.
+#[derive(Debug)]
+pub struct TracedObject {
+    /// Its name in the scene file.
+    pub name: String,
+    /// Its surface.
+    pub patches: Vec<TrimmedPatch>,
+    /// Its texture coordinates.
+    pub uvs: Box<dyn UvLookup>,
+}
+
+/// A hit on a patch, before anything but its place is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchHit {
+    /// Ray parameter.
+    pub t: f64,
+    /// Index of the object.
+    pub object: u32,
+    /// Index of the patch within the object.
+    pub patch: u32,
+    /// Parameters in the patch.
+    pub st: DVec2,
+    /// Index of the input face.
+    pub face: u32,
+    /// Index of the prepared polygon.
+    pub polygon: u32,
+    /// Whether the ray is tangent to the patch there, within rounding.
+    pub tangent: bool,
+    /// Whether the point belongs to the trim only for its tolerance: it is within rounding of a border.
+    pub on_border: bool,
+}
+
+/// What the solver needs to know of a patch besides its control points.
+#[derive(Clone, Copy, Debug)]
+struct PatchReference {
+    object: u32,
+    patch: u32,
+    /// Greatest length of (w x, w y, w z).
+    magnitude: f64,
+    greatest_weight: f64,
+    least_weight: f64,
+}
+
+/// All objects of a scene in one acceleration structure.
+#[derive(Debug)]
+pub struct TracedScene {
+    objects: Vec<TracedObject>,
+    references: Vec<PatchReference>,
+    bvh: Bvh,
+}
+
+/// Buffers and counts of one thread.
+#[derive(Debug, Default)]
+struct Scratch {
+    net: ProjectedNet,
+    search: SearchScratch,
+    statistics: TraceStatistics,
+}
+
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
+
+impl TracedScene {
+    /// Builds the acceleration structure over all patches.
+    pub fn new(objects: Vec<TracedObject>) -> Self {
+        let mut references = Vec::new();
+        let mut boxes = Vec::new();
+        for (object, traced) in (0..).zip(&objects) {
+            for (patch, trimmed) in (0..).zip(&traced.patches) {
+                let points = trimmed.patch.control_points();
+                let weights = points.iter().map(|point| point.w);
+                let reference = PatchReference {
+                    object,
+                    patch,
+                    magnitude: points.iter().map(|point| point.truncate().length()).fold(0.0, f64::max),
+                    greatest_weight: weights.clone().fold(0.0, f64::max),
+                    least_weight: weights.fold(f64::INFINITY, f64::min),
+                };
+                let [low, high] = trimmed.patch.hull_bounds();
+                let error = reference.position_error() + trimmed.boundary_error;
+                boxes.push([low - error, high + error]);
+                references.push(reference);
+            }
+        }
+        let bvh = Bvh::build(&boxes);
+        Self { objects, references, bvh }
+    }
+
+    /// The objects.
+    pub fn objects(&self) -> &[TracedObject] {
+        &self.objects
+    }
+
+    /// Leaves, nodes and bytes of the acceleration structure.
+    pub fn acceleration(&self) -> (usize, usize, usize) {
+        (self.references.len(), self.bvh.nodes(), self.bvh.bytes() + size_of_val(&*self.references))
+    }
+
+    /// Lowest and highest corner of a box around one object's surface; not the tightest.
+    pub fn object_bounds(&self, object: usize) -> [DVec3; 2] {
+        let points = self.objects[object].patches.iter().flat_map(TrimmedPatch::trimmed_bounds);
+        points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
+    }
+
+    /// Lowest and highest corner of a box around all objects.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        (0..self.objects.len())
+            .map(|object| self.object_bounds(object))
+            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], [a, b]| [low.min(a), high.max(b)])
+    }
+
+    /// Takes the counts of the calling thread, leaving zeros.
+    pub fn take_statistics() -> TraceStatistics {
+        SCRATCH.with_borrow_mut(|scratch| std::mem::take(&mut scratch.statistics))
+    }
+
+    /// The nearest hit.
+    pub fn closest(&self, ray: &Ray) -> Option<PatchHit> {
+        let mut best: Option<PatchHit> = None;
+        self.visit(ray, |hit, t_max| {
+            // equal distances: the first in the scene's order, whatever the traversal's
+            let key = |hit: &PatchHit| (hit.t, hit.object, hit.patch);
+            if best.as_ref().is_none_or(|best| key(&hit) < key(best)) {
+                best = Some(hit);
+            }
+            t_max.min(hit.t)
+        });
+        best
+    }
+
+    /// All hits, sorted along the ray.
+    pub fn all(&self, ray: &Ray) -> Vec<PatchHit> {
+        let mut hits = Vec::new();
+        self.visit(ray, |hit, t_max| {
+            hits.push(hit);
+            t_max
+        });
+        hits.sort_by(|a, b| a.t.total_cmp(&b.t).then((a.object, a.patch).cmp(&(b.object, b.patch))));
+        hits
+    }
+
+    /// Calls `accept` with every hit of the patches met on the way; it returns the new greatest `t`.
+    fn visit(&self, ray: &Ray, mut accept: impl FnMut(PatchHit, f64) -> f64) {
+        SCRATCH.with_borrow_mut(|scratch| {
+            scratch.statistics.rays += 1;
+            let across = AcrossRay::new(ray);
+            self.bvh.traverse(ray, |index, mut t_max| {
+                self.intersect(index, ray, &across, scratch, |hit| {
+                    if hit.t <= t_max {
+                        t_max = accept(hit, t_max);
+                    }
+                });
+                t_max
+            });
+        });
+    }
+
+    /// All hits of one patch.
+    fn intersect(
+        &self,
+        index: usize,
+        ray: &Ray,
+        across: &AcrossRay,
+        scratch: &mut Scratch,
+        mut report: impl FnMut(PatchHit),
+    ) {
+        let reference = &self.references[index];
+        let trimmed = &self.objects[reference.object as usize].patches[reference.patch as usize];
+        let Scratch { net, search, statistics } = scratch;
+        statistics.patch_tests += 1;
+        net.project(&trimmed.patch, across, across.rounding(reference.magnitude, reference.greatest_weight));
+        if net.misses() {
+            return;
+        }
+        find_roots(net, search, statistics);
+        for root in &search.roots {
+            let error = net.rounding / reference.least_weight + trimmed.boundary_error;
+            let Some((trim_loop, on_border)) = find_loop(trimmed, root, error * reference.greatest_weight)
+            else {
+                statistics.trimmed += 1;
+                continue;
+            };
+            statistics.on_border += u64::from(on_border);
+            let position = trimmed.patch.eval(root.st).position;
+            let t = (position - ray.origin).dot(ray.direction) / ray.direction.length_squared();
+            if t > ray.t_min && t < ray.t_max {
+                report(PatchHit {
+                    t,
+                    object: reference.object,
+                    patch: reference.patch,
+                    st: root.st,
+                    face: trim_loop.face,
+                    polygon: trim_loop.polygon,
+                    tangent: root.degenerate,
+                    on_border,
+                });
+            }
+        }
+    }
+
+    /// Everything shading needs of a hit.
+    pub fn interaction(&self, hit: &PatchHit) -> SurfaceInteraction {
+        let object = &self.objects[hit.object as usize];
+        let trimmed = &object.patches[hit.patch as usize];
+        let point = trimmed.patch.eval(hit.st);
+        let rest = trimmed.frame.point(hit.st);
+        SurfaceInteraction {
+            t: hit.t,
+            object: hit.object,
+            face: hit.face,
+            patch: hit.patch,
+            st: hit.st,
+            uv: object.uvs.uv(hit.polygon, rest),
+            rest,
+            position: point.position,
+            position_error: self.position_error(hit),
+            normal: normal(trimmed, hit.st),
+            dp_ds: point.dp_ds,
+            dp_dt: point.dp_dt,
+        }
+    }
+
+    fn position_error(&self, hit: &PatchHit) -> f64 {
+        let first = self.references.partition_point(|r| (r.object, r.patch) < (hit.object, hit.patch));
+        self.references[first].position_error()
+    }
+}
+
+impl PatchReference {
+    /// Bound on the rounding of each coordinate of an evaluated point.
+    fn position_error(&self) -> f64 {
+        gamma(EVAL_OPERATIONS) * self.magnitude / self.least_weight
+            * (self.greatest_weight / self.least_weight)
+    }
+}
+
+/// The trim loop of a root, and whether only the tolerance makes it belong.
+///
+/// `error` bounds how far off the ray the root and the border may be, by rounding.
+fn find_loop<'a>(trimmed: &'a TrimmedPatch, root: &PatchRoot, error: f64) -> Option<(&'a TrimLoop, bool)> {
+    // a tangent root is sensitive to the square root of errors alone, so the linear bound is capped there
+    let cap = libm::sqrt(f64::EPSILON);
+    let tolerance = (error * root.sensitivity).min(DVec2::splat(cap)) + 4.0 * f64::EPSILON;
+    if let Some(inside) = trimmed.trim.find(root.st, DVec2::ZERO) {
+        return Some((inside, false));
+    }
+    trimmed.trim.find(root.st, tolerance).map(|near| (near, true))
+}
+
+/// Unit normal on the side of the face's winding; where the partials are parallel, that of a point close by.
+fn normal(trimmed: &TrimmedPatch, st: DVec2) -> DVec3 {
+    let cross = |st: DVec2| {
+        let point = trimmed.patch.eval(st);
+        let normal = point.dp_ds.cross(point.dp_dt);
+        let scale = point.dp_ds.length() * point.dp_dt.length();
+        (normal.length() > 16.0 * f64::EPSILON * scale).then(|| normal.normalize())
+    };
+    // towards the middle of the patch, where a collapsed edge or a cusp has its one-sided limit
+    let toward = DVec2::splat(0.5) - st;
+    [0.0, 1e-9, 1e-6, 1e-3]
+        .into_iter()
+        .find_map(|step| cross(st + step * toward))
+        .unwrap_or_else(|| trimmed.frame.s.cross(trimmed.frame.t).normalize_or(DVec3::Z))
+}
+
+impl Geometry for TracedScene {
+    fn closest_hit(&self, ray: &Ray) -> Option<SurfaceInteraction> {
+        self.closest(ray).map(|hit| self.interaction(&hit))
+    }
+
+    fn any_hit(&self, ray: &Ray) -> bool {
+        let mut found = false;
+        self.visit(ray, |_, _| {
+            found = true;
+            f64::NEG_INFINITY
+        });
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::subdivide::FrameChoice;
+    use crate::test_support::{Noise, ball_triangles, cube_triangles, deform, random_volume, scene_of};
+    use crate::trace::closest_hit_by_subdivision;
+
+    const FRAMES: [FrameChoice; 2] = [FrameChoice::Parallelogram, FrameChoice::Rectangle];
+
+    #[test]
+    fn an_undeformed_cube_is_hit_where_arithmetic_says() {
+        let scene = scene_of(deform(&cube_triangles(), None, FrameChoice::Parallelogram));
+        let ray = Ray::new(DVec3::new(0.3, 0.4, -2.0), DVec3::new(0.0, 0.0, 2.0));
+        let hits = scene.all(&ray);
+        assert_eq!(hits.iter().map(|h| h.t).collect::<Vec<_>>(), [1.0, 1.5]);
+        let hit = scene.closest_hit(&ray).unwrap();
+        assert!((hit.position - DVec3::new(0.3, 0.4, 0.0)).length() <= f64::EPSILON, "{}", hit.position);
+        assert_eq!(hit.normal, DVec3::NEG_Z);
+        assert!(hit.uv.is_nan());
+        assert!(scene.any_hit(&ray));
+        assert!(!scene.any_hit(&Ray { t_max: 0.99, ..ray }));
+        assert!(scene.closest_hit(&Ray { t_min: 1.6, ..ray }).is_none());
+    }
+
+    #[test]
+    fn planted_roots_are_found() {
+        let mut noise = Noise(17);
+        for case in 0..60 {
+            let degree = [1 + case % 4, 1 + case / 4 % 4, 1 + case / 16 % 4];
+            let volume = random_volume(&mut noise, degree, degree.map(|k| k + 2), 0.3, case % 3 == 0);
+            let patches = deform(&ball_triangles(), Some(&volume), FRAMES[case % 2]);
+            let scene = scene_of(patches);
+            let [object] = scene.objects() else { panic!("one object") };
+            for (number, trimmed) in object.patches.iter().enumerate() {
+                let corners = trimmed.trim.corners(&trimmed.trim.loops()[0]);
+                let st = corners.iter().sum::<DVec2>() / corners.len() as f64;
+                let target = trimmed.patch.eval(st).position;
+                let direction = noise.unit_vector();
+                let ray = Ray::new(target - 3.0 * direction, direction);
+                let found = scene.all(&ray).into_iter().any(|hit| {
+                    hit.patch as usize == number
+                        && (hit.st - st).abs().max_element() < 1e-9
+                        && (hit.t - 3.0).abs() < 1e-9
+                });
+                assert!(found, "case {case} degree {degree:?} patch {number} at {st} along {direction}");
+            }
+        }
+    }
+
+    #[test]
+    fn closest_hits_agree_with_subdivision() {
+        let mut noise = Noise(23);
+        for case in 0..8 {
+            let degree = [2 + case % 2; 3];
+            let volume = random_volume(&mut noise, degree, [5; 3], 0.25, case % 2 == 1);
+            let triangles = if case < 4 { cube_triangles() } else { ball_triangles() };
+            let scene = scene_of(deform(&triangles, Some(&volume), FRAMES[case / 2 % 2]));
+            let mut hits = 0;
+            for number in 0..400 {
+                let target = DVec3::splat(0.5) + 0.6 * noise.vector();
+                let origin = DVec3::splat(0.5) + 2.0 * noise.unit_vector();
+                let ray = Ray::new(origin, target - origin);
+                let want = closest_hit_by_subdivision(&scene, &ray, 1e-13);
+                let got = scene.closest(&ray).map_or(f64::INFINITY, |hit| hit.t);
+                assert!(
+                    got == want || (got - want).abs() < 1e-11,
+                    "case {case} ray {number}: {got}, want {want}"
+                );
+                hits += usize::from(got.is_finite());
+            }
+            assert!(hits > 100, "most rays aim at the solid: {hits}");
+        }
+    }
+
+    #[test]
+    fn rays_from_inside_never_leak() {
+        let mut noise = Noise(31);
+        let volume = random_volume(&mut noise, [2, 3, 2], [5, 5, 6], 0.1, false);
+        for triangles in [cube_triangles(), ball_triangles()] {
+            let scene = scene_of(deform(&triangles, Some(&volume), FrameChoice::Parallelogram));
+            let inside = volume.eval(DVec3::splat(0.5)).unwrap().position;
+            for number in 0..20_000 {
+                let ray = Ray::new(inside, noise.unit_vector());
+                assert!(scene.any_hit(&ray), "ray {number} along {}", ray.direction);
+            }
+            // straight at the corners of trims: vertices, cut points, and points of shared edges
+            for trimmed in &scene.objects()[0].patches {
+                for trim_loop in trimmed.trim.loops() {
+                    let corners = trimmed.trim.corners(trim_loop);
+                    for (i, &a) in corners.iter().enumerate() {
+                        let b = corners[(i + 1) % corners.len()];
+                        for part in [0.0, 0.5, 0.123] {
+                            let target = trimmed.patch.eval(a.lerp(b, part)).position;
+                            let ray = Ray::new(inside, target - inside);
+                            assert!(scene.any_hit(&ray), "aimed at {target}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rays_in_a_face_and_along_edges_end_and_are_counted() {
+        let scene = scene_of(deform(&cube_triangles(), None, FrameChoice::Parallelogram));
+        TracedScene::take_statistics();
+        let in_face = Ray::new(DVec3::new(-1.0, 0.3, 0.0), DVec3::X);
+        let hit = scene.closest(&in_face).expect("the faces across the ray are hit at their border");
+        assert!((hit.t - 1.0).abs() < 1e-12);
+        let statistics = TracedScene::take_statistics();
+        assert!(statistics.in_surface > 0 && statistics.not_converged == 0, "{statistics:?}");
+    }
+}
