@@ -1,6 +1,6 @@
 //! A volume's piece along a plane: the control points of the Bézier patch, by direct composition.
 //!
-//! Source: Feng, Nishita, Jin, Peng (2002), section 3.4.1, first solution; by polar forms as in DeRose, Goldman,
+//! Source: Feng, Nishita, Jin, Peng (2002), section 3.4.1, first solution; by polar forms as in `DeRose`, Goldman,
 //! Hagen, Mann (1993). No linear system is solved, so the control points are right to a few roundings, where the
 //! interpolation of section 3.4.2 loses up to the condition of its matrices.
 
@@ -38,7 +38,7 @@ impl Composer {
     /// Its degrees are the sums of the volume's degrees over the axes that change along the frame's directions
     /// (zeros in `frame.s` and `frame.t` must be exact). With x = c + p s + q t along an axis of degree k, the basis
     /// function with polar form f has the Bernstein coefficients
-    /// b_xy = Σ_l C(k,l) C(k-l,x-l) C(k-x,y-l) / (C(k,x) C(k,y)) f((c+p+q)^l, (c+p)^(x-l), (c+q)^(y-l), c^(k-x-y+l));
+    /// `b_xy` = `Σ_l` C(k,l) C(k-l,x-l) C(k-x,y-l) / (C(k,x) C(k,y)) f((c+p+q)^l, (c+p)^(x-l), (c+q)^(y-l), c^(k-x-y+l));
     /// the three factors are multiplied in scaled Bernstein form and summed over the cell's control points, one axis
     /// after the other.
     ///
