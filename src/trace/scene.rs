@@ -24,6 +24,16 @@ pub trait UvLookup: Send + Sync + std::fmt::Debug {
     fn uv(&self, polygon: u32, rest: DVec3) -> DVec2;
 }
 
+/// The texture coordinates of an object that has none.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoUvs;
+
+impl UvLookup for NoUvs {
+    fn uv(&self, _polygon: u32, _rest: DVec3) -> DVec2 {
+        DVec2::NAN
+    }
+}
+
 /// An object as patches.
 #[derive(Debug)]
 pub struct TracedObject {
