@@ -16,6 +16,7 @@
 #include <pmmintrin.h>
 #include <xmmintrin.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -32,6 +33,7 @@
 namespace {
 
 constexpr size_t PACKET = 16;
+constexpr int BUILDS = 3;
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
 // Bytes that Embree holds, by its own account: what its memory monitor is told.
@@ -83,24 +85,33 @@ std::string add_mesh(RTCDevice device, std::vector<Mesh>& meshes, std::istringst
     read_into(file, mesh.vertices.data(), 3 * vertices);
     read_into(file, mesh.indices.data(), 3 * triangles);
 
-    const int64_t before = embree_bytes;
-    const auto start = std::chrono::steady_clock::now();
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.vertices.data(), 0,
-                               3 * sizeof(float), vertices);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
-                               3 * sizeof(uint32_t), triangles);
-    rtcCommitGeometry(geometry);
-    mesh.scene = rtcNewScene(device);
-    rtcAttachGeometry(mesh.scene, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(mesh.scene);
-    const double seconds = seconds_since(start);
+    // the first build of a device starts more than itself: the least time of a few
+    double seconds = INFINITE;
+    int64_t bytes = 0;
+    for (int build = 0; build < BUILDS; build++) {
+        if (mesh.scene) {
+            rtcReleaseScene(mesh.scene);
+        }
+        const int64_t before = embree_bytes;
+        const auto start = std::chrono::steady_clock::now();
+        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.vertices.data(), 0,
+                                   3 * sizeof(float), vertices);
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0,
+                                   3 * sizeof(uint32_t), triangles);
+        rtcCommitGeometry(geometry);
+        mesh.scene = rtcNewScene(device);
+        rtcAttachGeometry(mesh.scene, geometry);
+        rtcReleaseGeometry(geometry);
+        rtcCommitScene(mesh.scene);
+        seconds = std::min(seconds, seconds_since(start));
+        bytes = embree_bytes - before;
+    }
     if (const RTCError error = rtcGetDeviceError(device); error != RTC_ERROR_NONE) {
         throw std::runtime_error("Embree's error " + std::to_string(error));
     }
     std::ostringstream answer;
-    answer << "mesh " << meshes.size() - 1 << ' ' << seconds << ' ' << embree_bytes - before << ' '
+    answer << "mesh " << meshes.size() - 1 << ' ' << seconds << ' ' << bytes << ' '
            << 3 * vertices * sizeof(float) + 3 * triangles * sizeof(uint32_t);
     return answer.str();
 }

@@ -84,7 +84,7 @@ impl Report {
             bytes as f64 / 1e6
         );
         println!(
-            "\n{:14} {:>4} {:>9} {:>9} {:>10} {:>8} {:>8} {:>8} | {:>12} {:>11} {:>8}",
+            "\n{:17} {:>4} {:>9} {:>9} {:>10} {:>8} {:>8} {:>8} | {:>12} {:>11} {:>8}",
             "tessellation",
             "n",
             "triangles",
@@ -116,7 +116,7 @@ impl Report {
             return;
         }
         println!(
-            "{:14} {:>4} {:>9} {:>9.2e} {:>10.1} {:>8.1} {:>8.2} {:>8.2} | {:>12.1} {:>11.1} {:>8.1}",
+            "{:17} {:>4} {:>9} {:>9.2e} {:>10.1} {:>8.1} {:>8.2} {:>8.2} | {:>12.1} {:>11.1} {:>8.1}",
             row.label,
             row.n.map_or_else(|| "-".to_owned(), |n| n.to_string()),
             row.triangles,
@@ -141,7 +141,7 @@ impl Report {
             print!(" {way:>8}");
         }
         println!(
-            " | {:14} {:>7} {:>7} | {:>9} {:>8} | differ: trimray only, Embree only, elsewhere",
+            " | {:17} {:>7} {:>7} | {:>9} {:>8} | differ: trimray only, Embree only, elsewhere",
             "tessellation", "I1", "I16", "single/I1", "best/I16"
         );
     }
@@ -177,7 +177,7 @@ impl Report {
             print!(" {:>8.3}", rate / 1e6);
         }
         println!(
-            " | {:14} {:>7.2} {:>7.2} | {to_intersect1:>9.3} {to_intersect16:>8.3} | {only_trimray} {only_embree} {elsewhere}",
+            " | {:17} {:>7.2} {:>7.2} | {to_intersect1:>9.3} {to_intersect16:>8.3} | {only_trimray} {only_embree} {elsewhere}",
             row.label,
             row.intersect1 / 1e6,
             row.intersect16 / 1e6,

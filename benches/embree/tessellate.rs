@@ -4,7 +4,7 @@
 //! centroids and at the middles of the edges, across the surface: the distance along the exact surface's normal, so that
 //! points that are on the surface but not where their parameters would be count as exact.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DVec3, Vec3};
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
@@ -17,7 +17,10 @@ const MAX_ROUNDS: usize = 40;
 
 /// Starting subdivisions tried for an adaptive tessellation. Halving multiplies by powers of two, so odd ones give all that
 /// differ; the one that ends with the fewest triangles is kept.
-const STARTS: [u32; 5] = [1, 3, 5, 7, 9];
+const STARTS: [u32; 4] = [1, 3, 5, 7];
+
+/// Most rounds of marking longest edges, in one round of halving.
+const MAX_SPREAD: usize = 1000;
 
 /// Triangles with shared vertices, in single precision as Embree takes them.
 #[derive(Debug, Default)]
@@ -178,14 +181,25 @@ pub(crate) fn least_uniform(object: &Object, target: f64, guess: u32) -> (u32, f
     (n, error(n))
 }
 
-/// A tessellation with triangles no smaller than the error asks for, and its error: edges whose middle or quarters are
-/// farther than `target` from the surface are halved, in all triangles that have them, so that there are no cracks; where only
-/// the centroid is too far, the edge that is farthest.
-pub(crate) fn adaptive(object: &Object, target: f64) -> (Mesh, f64) {
+/// Which edges of a triangle that is too far from the surface are halved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Halving {
+    /// Those whose middle or quarters are too far; where only the centroid is, the edge that is farthest. Fewest triangles,
+    /// but slivers among them, whose boxes overlap.
+    FarEdges,
+    /// The longest, and that of every triangle that gets a vertex on another edge: more triangles, with angles bounded below.
+    ///
+    /// Source: Rivara (1984), *Algorithms for refining triangular grids suitable for adaptive and multigrid techniques*.
+    LongestEdge,
+}
+
+/// A tessellation with triangles no smaller than the error asks for, and its error. Edges are halved in all triangles that have
+/// them, so that there are no cracks.
+pub(crate) fn adaptive(object: &Object, target: f64, halving: Halving) -> (Mesh, f64) {
     let tried = STARTS.iter().map(|&start| {
         let mut refinement = Refinement::new(object, start);
         for _ in 0..MAX_ROUNDS {
-            if !refinement.halve_edges(target) {
+            if !refinement.halve_edges(target, halving) {
                 break;
             }
         }
@@ -193,8 +207,18 @@ pub(crate) fn adaptive(object: &Object, target: f64) -> (Mesh, f64) {
     });
     let best = tried.min_by_key(|refinement| refinement.triangles.len()).expect("there are starts");
     let error = best.error();
-    let triangles = best.triangles.iter().map(|&(_, triangle)| triangle).collect();
+    let triangles = best.triangles.iter().map(|triangle| triangle.vertices).collect();
     (Mesh { vertices: best.vertices.iter().map(|v| v.deformed.as_vec3()).collect(), triangles }, error)
+}
+
+/// A triangle of an adaptive tessellation.
+#[derive(Clone, Copy)]
+struct Piece {
+    /// The undeformed triangle it is part of.
+    triangle: u32,
+    vertices: [u32; 3],
+    /// Whether it was found to be close enough to the surface.
+    settled: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -209,8 +233,7 @@ struct Refinement<'a> {
     object: &'a Object,
     surface: Surface<'a>,
     vertices: Vec<Vertex>,
-    /// Each with the undeformed triangle it is part of.
-    triangles: Vec<(u32, [u32; 3])>,
+    triangles: Vec<Piece>,
 }
 
 impl<'a> Refinement<'a> {
@@ -248,7 +271,8 @@ impl<'a> Refinement<'a> {
                     }
                 }
             }
-            this.triangles.extend(cut.into_iter().map(|triangle| (number, triangle)));
+            let piece = |vertices| Piece { triangle: number, vertices, settled: false };
+            this.triangles.extend(cut.into_iter().map(piece));
         }
         this
     }
@@ -259,10 +283,10 @@ impl<'a> Refinement<'a> {
     }
 
     /// The distance from the surface of each edge of a triangle, and of its centroid.
-    fn errors(&self, &(number, triangle): &(u32, [u32; 3])) -> ([f64; 3], f64) {
-        let [a, b, c] = self.object.corners(number as usize);
+    fn errors(&self, piece: &Piece) -> ([f64; 3], f64) {
+        let [a, b, c] = self.object.corners(piece.triangle as usize);
         let along = [b - a, c - a];
-        let corners = triangle.map(|vertex| self.vertices[vertex as usize]);
+        let corners = piece.vertices.map(|vertex| self.vertices[vertex as usize]);
         let edges = [0, 1, 2].map(|edge| {
             let [p, q] = [corners[edge], corners[(edge + 1) % 3]];
             let at =
@@ -273,34 +297,91 @@ impl<'a> Refinement<'a> {
         (edges, self.surface.distance(mean(|v| v.rest), along, mean(|v| v.deformed)))
     }
 
-    /// Halves the edges that are too far from the surface; whether there were any.
-    fn halve_edges(&mut self, target: f64) -> bool {
-        let target = target * self.object.diagonal;
-        let too_far = |triangle: &(u32, [u32; 3])| {
-            let (edges, centroid) = self.errors(triangle);
-            let farthest = edges.iter().fold(0.0, |most: f64, &edge| most.max(edge));
-            let only_centroid = farthest <= target && centroid > target;
-            let ends = edges_of(triangle.1).map(ordered);
-            let halved = |edge: usize| edges[edge] > target || (only_centroid && edges[edge] == farthest);
-            [0, 1, 2].map(|edge| halved(edge).then_some(ends[edge]))
-        };
-        let marked: Vec<_> = self.triangles.par_iter().map(too_far).collect();
-        let mut middles = HashMap::new();
-        for ends in marked.into_iter().flatten().flatten() {
-            middles.entry(ends).or_insert_with(|| {
-                self.add(0.5 * (self.vertices[ends[0] as usize].rest + self.vertices[ends[1] as usize].rest))
-            });
+    /// The edges of a triangle to halve for its own sake.
+    fn marks(&self, piece: &Piece, target: f64, halving: Halving) -> [bool; 3] {
+        if piece.settled {
+            return [false; 3];
         }
-        if middles.is_empty() {
+        let (edges, centroid) = self.errors(piece);
+        let farthest = edges.iter().fold(0.0, |most: f64, &edge| most.max(edge));
+        if farthest.max(centroid) <= target {
+            return [false; 3];
+        }
+        match halving {
+            Halving::FarEdges => edges.map(|edge| edge > target || (farthest <= target && edge == farthest)),
+            Halving::LongestEdge => [0, 1, 2].map(|edge| edge == self.longest_edge(piece.vertices)),
+        }
+    }
+
+    fn length_sq(&self, [p, q]: [u32; 2]) -> f64 {
+        self.vertices[p as usize].deformed.distance_squared(self.vertices[q as usize].deformed)
+    }
+
+    /// Of edges of the same length the one that all triangles name.
+    fn longest_edge(&self, triangle: [u32; 3]) -> usize {
+        let edges = edges_of(triangle).map(ordered);
+        let by_length = |&a: &usize, &b: &usize| {
+            self.length_sq(edges[a]).total_cmp(&self.length_sq(edges[b])).then(edges[a].cmp(&edges[b]))
+        };
+        (0..3).max_by(by_length).unwrap_or(0)
+    }
+
+    /// Halves edges of the triangles that are too far from the surface; whether there were any.
+    fn halve_edges(&mut self, target: f64, halving: Halving) -> bool {
+        let target = target * self.object.diagonal;
+        let marks: Vec<_> =
+            self.triangles.par_iter().map(|piece| self.marks(piece, target, halving)).collect();
+        let mut marked = HashSet::new();
+        for (piece, marks) in self.triangles.iter_mut().zip(marks) {
+            piece.settled = marks == [false; 3];
+            let edges = edges_of(piece.vertices).map(ordered);
+            marked.extend(edges.into_iter().zip(marks).filter_map(|(edge, mark)| mark.then_some(edge)));
+        }
+        if marked.is_empty() {
             return false;
         }
+        if halving == Halving::LongestEdge {
+            self.spread(&mut marked);
+        }
+        // in order, so that the tessellation is the same on every run
+        let mut marked: Vec<_> = marked.into_iter().collect();
+        marked.sort_unstable();
+        let mut middles = HashMap::with_capacity(marked.len());
+        for edge in marked {
+            let [p, q] = edge.map(|vertex| self.vertices[vertex as usize].rest);
+            middles.insert(edge, self.add(0.5 * (p + q)));
+        }
         let mut triangles = Vec::with_capacity(2 * self.triangles.len());
-        for &(number, triangle) in &self.triangles {
-            let middle = edges_of(triangle).map(|edge| middles.get(&ordered(edge)).copied());
-            triangles.extend(self.split(triangle, middle).into_iter().flatten().map(|t| (number, t)));
+        for piece in &self.triangles {
+            let middle = edges_of(piece.vertices).map(|edge| middles.get(&ordered(edge)).copied());
+            if middle == [None; 3] {
+                triangles.push(*piece);
+                continue;
+            }
+            let split = self.split(piece.vertices, middle).into_iter().flatten();
+            triangles.extend(split.map(|vertices| Piece { vertices, settled: false, ..*piece }));
         }
         self.triangles = triangles;
         true
+    }
+
+    /// Marks the longest edge of every triangle with a marked edge.
+    fn spread(&self, marked: &mut HashSet<[u32; 2]>) {
+        for _ in 0..MAX_SPREAD {
+            let missing = |piece: &Piece| {
+                let edges = edges_of(piece.vertices).map(ordered);
+                if !edges.iter().any(|edge| marked.contains(edge)) {
+                    return None;
+                }
+                let longest = edges[self.longest_edge(piece.vertices)];
+                (!marked.contains(&longest)).then_some(longest)
+            };
+            let missing: Vec<_> = self.triangles.par_iter().filter_map(missing).collect();
+            if missing.is_empty() {
+                return;
+            }
+            marked.extend(missing);
+        }
     }
 
     /// The triangles that remain of one whose edges have new middles: of 0-1, 1-2 and 2-0.
@@ -316,12 +397,9 @@ impl<'a> Refinement<'a> {
                 [Some([a, ab, ca]), Some([ab, b, bc]), Some([ca, bc, c]), Some([ab, bc, ca])]
             }
             [Some(ab), Some(bc), None] => {
-                let length = |p: u32, q: u32| {
-                    self.vertices[p as usize].deformed.distance_squared(self.vertices[q as usize].deformed)
-                };
                 let corner = Some([ab, b, bc]);
                 // the rest is a quad, cut along its shorter diagonal
-                if length(a, bc) < length(ab, c) {
+                if self.length_sq([a, bc]) < self.length_sq([ab, c]) {
                     [corner, Some([a, ab, bc]), Some([a, bc, c]), None]
                 } else {
                     [corner, Some([a, ab, c]), Some([ab, bc, c]), None]
