@@ -63,15 +63,13 @@ pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
     let built = args.scene.build(&scene, args.quiet)?;
     let (arrays, mut summary) = args.scene.install(|| {
         let threads = rayon::current_num_threads();
-        let started = Instant::now();
-        let (arrays, hits, stats) = if args.any {
+        let Traced { arrays, hits, seconds, stats } = if args.any {
             any_hits(&built.traced, &rays)
         } else if args.all {
             all_hits(&built.traced, &rays)
         } else {
             closest_hits(&built.traced, &rays)
         };
-        let seconds = started.elapsed().as_secs_f64();
         let mrays_per_second = rays.len() as f64 * 1e-6 / seconds;
         (arrays, Summary { rays: rays.len(), hits, seconds, mrays_per_second, threads, stats })
     })?;
@@ -110,10 +108,18 @@ fn read_rays(path: &Path) -> Result<Vec<Ray>, CliError> {
     rays.collect()
 }
 
-type Traced = (Vec<NamedArray>, usize, TraceStatistics);
+/// What a batch of rays gave.
+struct Traced {
+    arrays: Vec<NamedArray>,
+    hits: usize,
+    /// Time in the queries alone.
+    seconds: f64,
+    stats: TraceStatistics,
+}
 
-/// Runs a query on all rays, and sums up what the threads counted.
-fn query<T: Send>(rays: &[Ray], query: impl Fn(&Ray) -> T + Sync) -> (Vec<T>, TraceStatistics) {
+/// Runs a query on all rays: the results, the time, and the sum of what the threads counted.
+fn query<T: Send>(rays: &[Ray], query: impl Fn(&Ray) -> T + Sync) -> (Vec<T>, f64, TraceStatistics) {
+    let started = Instant::now();
     let chunk = |rays: &[Ray]| {
         // what the thread counted for other work is not ours
         TracedScene::take_statistics();
@@ -122,13 +128,14 @@ fn query<T: Send>(rays: &[Ray], query: impl Fn(&Ray) -> T + Sync) -> (Vec<T>, Tr
         (results, TracedScene::take_statistics())
     };
     let chunks: Vec<_> = rays.par_chunks_indexed(CHUNK).map(chunk).collect();
+    let seconds = started.elapsed().as_secs_f64();
     let mut statistics = TraceStatistics::default();
     let mut results = Vec::with_capacity(rays.len());
     for (mut part, counts) in chunks {
         results.append(&mut part);
         statistics += counts;
     }
-    (results, statistics)
+    (results, seconds, statistics)
 }
 
 /// Chunks of rays in parallel, in order.
@@ -144,30 +151,30 @@ impl ParallelChunks for [Ray] {
 }
 
 fn any_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
-    let (hits, statistics) = query(rays, |ray| scene.any_hit(ray));
-    let count = hits.iter().filter(|&&hit| hit).count();
-    (vec![NamedArray { name: "hit", columns: 1, values: Values::Bool(hits) }], count, statistics)
+    let (found, seconds, stats) = query(rays, |ray| scene.any_hit(ray));
+    let hits = found.iter().filter(|&&hit| hit).count();
+    let arrays = vec![NamedArray { name: "hit", columns: 1, values: Values::Bool(found) }];
+    Traced { arrays, hits, seconds, stats }
 }
 
 fn closest_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
-    let (hits, statistics) = query(rays, |ray| scene.closest_hit(ray));
-    let count = hits.iter().flatten().count();
-    (columns(&hits), count, statistics)
+    let (found, seconds, stats) = query(rays, |ray| scene.closest_hit(ray));
+    Traced { hits: found.iter().flatten().count(), arrays: columns(&found), seconds, stats }
 }
 
 fn all_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
     let every = |ray: &Ray| scene.all(ray).iter().map(|hit| Some(scene.interaction(hit))).collect::<Vec<_>>();
-    let (hits, statistics) = query(rays, every);
+    let (found, seconds, stats) = query(rays, every);
     let mut offsets = vec![0_i64];
-    let mut total = 0;
-    for ray in &hits {
-        total += ray.len();
-        offsets.push(i64::try_from(total).expect("fewer than 2^63 hits fit in memory"));
+    let mut hits = 0;
+    for ray in &found {
+        hits += ray.len();
+        offsets.push(i64::try_from(hits).expect("fewer than 2^63 hits fit in memory"));
     }
-    let flat: Vec<_> = hits.into_iter().flatten().collect();
+    let flat: Vec<_> = found.into_iter().flatten().collect();
     let mut arrays = columns(&flat);
     arrays.push(NamedArray { name: "offsets", columns: 1, values: Values::I64(offsets) });
-    (arrays, total, statistics)
+    Traced { arrays, hits, seconds, stats }
 }
 
 /// The arrays of the contract, one row for each hit or miss.

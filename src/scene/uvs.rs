@@ -13,15 +13,18 @@ impl UvLookup for PolygonUvs {
     /// Linear over the triangles of the polygon's fan; NaN where a corner has none.
     fn uv(&self, polygon: u32, rest: DVec3) -> DVec2 {
         let polygon = self.0.polygon(polygon as usize);
+        if polygon.uvs.is_empty() {
+            return DVec2::NAN;
+        }
         let fan = 1..polygon.positions.len() - 1;
         let best = fan
             .map(|i| (i, barycentric(&polygon, i, rest)))
             .max_by(|a, b| a.1.min_element().total_cmp(&b.1.min_element()));
         match best {
-            Some((i, weights)) if !polygon.uvs.is_empty() => {
+            Some((i, weights)) => {
                 weights.x * polygon.uvs[0] + weights.y * polygon.uvs[i] + weights.z * polygon.uvs[i + 1]
             }
-            _ => DVec2::NAN,
+            None => DVec2::NAN,
         }
     }
 }

@@ -156,9 +156,9 @@ impl NewtonStep {
 ///
 /// Evaluates the exact patch: the last word on every hit.
 pub(crate) fn polish(patch: &BezierPatch, ray: &Ray, st: DVec2) -> (DVec2, f64) {
-    let step = NewtonStep::of(&patch.eval(st), ray).st;
+    let step = NewtonStep::of(&patch.eval_fixed(st), ray).st;
     // a tangent hit has no better place
     let st = if step.is_finite() && step.abs().max_element() < 1e-6 { st + step } else { st };
-    let position = patch.eval(st).position;
+    let position = patch.eval_fixed(st).position;
     (st, (position - ray.origin).dot(ray.direction) / ray.direction.length_squared())
 }

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use glam::{DVec2, DVec3};
 
 use crate::math::rounding::gamma;
-use crate::patch::{TrimLoop, TrimRegion, TrimmedPatch};
+use crate::patch::{PatchPoint, TrimLoop, TrimRegion, TrimmedPatch};
 
 use super::bvh::{Bvh, Stack};
 use super::interaction::{Geometry, SurfaceInteraction};
@@ -305,7 +305,7 @@ impl TracedScene {
     pub fn interaction(&self, hit: &PatchHit) -> SurfaceInteraction {
         let object = &self.objects[hit.object as usize];
         let trimmed = &object.patches[hit.patch as usize];
-        let point = trimmed.patch.eval(hit.st);
+        let point = trimmed.patch.eval_fixed(hit.st);
         let rest = trimmed.frame.point(hit.st);
         SurfaceInteraction {
             t: hit.t,
@@ -317,7 +317,7 @@ impl TracedScene {
             rest,
             position: point.position,
             position_error: self.position_error(hit),
-            normal: normal(trimmed, hit.st),
+            normal: normal(trimmed, hit.st, &point),
             dp_ds: point.dp_ds,
             dp_dt: point.dp_dt,
         }
@@ -385,18 +385,18 @@ fn find_loop<'a>(
 }
 
 /// Unit normal on the side of the face's winding; where the partials are parallel, that of a point close by.
-fn normal(trimmed: &TrimmedPatch, st: DVec2) -> DVec3 {
-    let cross = |st: DVec2| {
-        let point = trimmed.patch.eval(st);
+fn normal(trimmed: &TrimmedPatch, st: DVec2, point: &PatchPoint) -> DVec3 {
+    let cross = |point: &PatchPoint| {
         let normal = point.dp_ds.cross(point.dp_dt);
         let scale = point.dp_ds.length() * point.dp_dt.length();
         (normal.length() > 16.0 * f64::EPSILON * scale).then(|| normal.normalize())
     };
     // towards the middle of the patch, where a collapsed edge or a cusp has its one-sided limit
     let toward = DVec2::splat(0.5) - st;
-    [0.0, 1e-9, 1e-6, 1e-3]
-        .into_iter()
-        .find_map(|step| cross(st + step * toward))
+    cross(point)
+        .or_else(|| {
+            [1e-9, 1e-6, 1e-3].into_iter().find_map(|step| cross(&trimmed.patch.eval(st + step * toward)))
+        })
         .unwrap_or_else(|| trimmed.frame.s.cross(trimmed.frame.t).normalize_or(DVec3::Z))
 }
 
