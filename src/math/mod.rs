@@ -1,5 +1,6 @@
 //! Bernstein polynomials, rounding bounds and plane polygons; knows nothing of splines or rays.
 
+pub(crate) mod angle;
 pub(crate) mod bernstein;
 pub(crate) mod polygon;
 pub(crate) mod rounding;

@@ -9,6 +9,8 @@ use super::diagnostic::Located;
 use super::names::{Choice, lookup};
 use crate::film::FilmSettings;
 use crate::shade::{CameraSettings, Light, Material, RenderSettings};
+use crate::spline::{Axis, SignedAxis};
+use crate::subdivide::FrameChoice;
 
 /// A whole scene file.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,11 +35,7 @@ impl SceneDescription {
     /// The lights, or one constant light of radiance 1 where the file lists none.
     #[must_use]
     pub fn lights_or_default(&self) -> Vec<Light> {
-        self.lights.clone().unwrap_or_else(|| {
-            vec![Light::Constant {
-                radiance: DVec3::ONE,
-            }]
-        })
+        self.lights.clone().unwrap_or_else(|| vec![Light::Constant { radiance: DVec3::ONE }])
     }
 
     /// The material of `object`, or the default one.
@@ -46,10 +44,7 @@ impl SceneDescription {
     /// If `object` belongs to another scene with more materials.
     #[must_use]
     pub fn material_of(&self, object: &ObjectDescription) -> Material {
-        object
-            .material
-            .map(|index| self.materials[index].material)
-            .unwrap_or_default()
+        object.material.map(|index| self.materials[index].material).unwrap_or_default()
     }
 }
 
@@ -119,7 +114,7 @@ pub struct FfdDescription {
     /// Outermost layers of control points that stay.
     pub hold: usize,
     /// The frames of the patches.
-    pub frame: Frame,
+    pub frame: FrameChoice,
     /// Edits of the lattice, in the order they apply.
     pub edits: Vec<Located<Edit>>,
 }
@@ -132,66 +127,6 @@ pub enum Outside {
     Keep,
     /// They are an error.
     Error,
-}
-
-/// The frame that a patch's parameters span in the plane of its polygon.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Frame {
-    /// Chosen for the lowest degree.
-    #[default]
-    Parallelogram,
-    /// As Feng et al., Table 1.
-    Rectangle,
-}
-
-/// An axis of the lattice.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
-    /// The first.
-    X,
-    /// The second.
-    Y,
-    /// The third.
-    Z,
-}
-
-impl Axis {
-    /// 0, 1 or 2.
-    #[must_use]
-    pub fn index(self) -> usize {
-        match self {
-            Self::X => 0,
-            Self::Y => 1,
-            Self::Z => 2,
-        }
-    }
-
-    /// The other two, in the order x, y, z.
-    #[must_use]
-    pub fn cross_axes(self) -> [Self; 2] {
-        match self {
-            Self::X => [Self::Y, Self::Z],
-            Self::Y => [Self::X, Self::Z],
-            Self::Z => [Self::X, Self::Y],
-        }
-    }
-}
-
-/// An axis with a sense.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SignedAxis {
-    /// The axis.
-    pub axis: Axis,
-    /// Whether it points to smaller coordinates.
-    pub negative: bool,
-}
-
-impl SignedAxis {
-    /// 1 or -1.
-    #[must_use]
-    pub fn sign(self) -> f64 {
-        if self.negative { -1.0 } else { 1.0 }
-    }
 }
 
 impl FromStr for SignedAxis {
@@ -278,18 +213,9 @@ mod tests {
     fn methods_parse() {
         assert_eq!("exact".parse(), Ok(Method::Exact));
         for (text, message) in [
-            (
-                "exat",
-                r#"unknown method "exat" (known: exact); did you mean "exact"?"#,
-            ),
-            (
-                "exact:2",
-                "method exact takes no parameter: write exact alone",
-            ),
-            (
-                "pointwise:3",
-                r#"method "pointwise" is not available in this version (available: exact)"#,
-            ),
+            ("exat", r#"unknown method "exat" (known: exact); did you mean "exact"?"#),
+            ("exact:2", "method exact takes no parameter: write exact alone"),
+            ("pointwise:3", r#"method "pointwise" is not available in this version (available: exact)"#),
         ] {
             assert_eq!(text.parse::<Method>(), Err(message.to_owned()));
         }
@@ -297,11 +223,7 @@ mod tests {
 
     #[test]
     fn signed_axes_parse() {
-        for (text, axis, negative) in [
-            ("x", Axis::X, false),
-            ("+y", Axis::Y, false),
-            ("-z", Axis::Z, true),
-        ] {
+        for (text, axis, negative) in [("x", Axis::X, false), ("+y", Axis::Y, false), ("-z", Axis::Z, true)] {
             assert_eq!(text.parse(), Ok(SignedAxis { axis, negative }));
         }
         assert!("--x".parse::<SignedAxis>().is_err());

@@ -54,9 +54,7 @@ pub struct SceneError {
 
 impl From<Diagnostic> for SceneError {
     fn from(diagnostic: Diagnostic) -> Self {
-        Self {
-            diagnostics: vec![diagnostic],
-        }
+        Self { diagnostics: vec![diagnostic] }
     }
 }
 
@@ -73,24 +71,13 @@ mod tests {
     fn shows_file_line_and_column() {
         let located = Diagnostic {
             file: PathBuf::from("scenes/wave.toml"),
-            location: Some(Location {
-                line: 12,
-                column: 7,
-            }),
+            location: Some(Location { line: 12, column: 7 }),
             message: "a fault".to_owned(),
         };
-        let whole = Diagnostic {
-            location: None,
-            ..located.clone()
-        };
+        let whole = Diagnostic { location: None, ..located.clone() };
         assert_eq!(located.to_string(), "scenes/wave.toml:12:7: a fault");
         assert_eq!(whole.to_string(), "scenes/wave.toml: a fault");
-        let error = SceneError {
-            diagnostics: vec![located, whole],
-        };
-        assert_eq!(
-            error.to_string(),
-            "scenes/wave.toml:12:7: a fault\nscenes/wave.toml: a fault"
-        );
+        let error = SceneError { diagnostics: vec![located, whole] };
+        assert_eq!(error.to_string(), "scenes/wave.toml:12:7: a fault\nscenes/wave.toml: a fault");
     }
 }

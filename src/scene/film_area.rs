@@ -26,10 +26,7 @@ fn validate_sides(size: [u32; 2]) -> Result<(), String> {
     if size.iter().all(|side| (1..=MAX_SIDE).contains(side)) {
         return Ok(());
     }
-    Err(format!(
-        "size {} x {} is not valid: each side is 1 to {MAX_SIDE} pixels",
-        size[0], size[1]
-    ))
+    Err(format!("size {} x {} is not valid: each side is 1 to {MAX_SIDE} pixels", size[0], size[1]))
 }
 
 /// Checks the crop `[x, y, width, height]` of a film.
@@ -39,14 +36,11 @@ fn validate_sides(size: [u32; 2]) -> Result<(), String> {
 pub fn validate_crop(crop: [u32; 4], size: [u32; 2]) -> Result<(), String> {
     let [x, y, width, height] = crop;
     if width == 0 || height == 0 {
-        return Err(format!(
-            "crop {crop:?} is empty: its width and height (the last two) are at least 1"
-        ));
+        return Err(format!("crop {crop:?} is empty: its width and height (the last two) are at least 1"));
     }
-    for (name, extent, start, length, side) in [
-        ("x", "width", x, width, size[0]),
-        ("y", "height", y, height, size[1]),
-    ] {
+    for (name, extent, start, length, side) in
+        [("x", "width", x, width, size[0]), ("y", "height", y, height, size[1])]
+    {
         let end = u64::from(start) + u64::from(length);
         if end > u64::from(side) {
             return Err(format!(
@@ -73,9 +67,8 @@ fn validate_pixels(what: &str, [width, height]: [u32; 2]) -> Result<(), String> 
 /// # Errors
 /// A message that says what would be valid.
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let size: [u32; 2] = integers(text, ['x', 'X']).ok_or_else(|| {
-        format!("size {text:?} is not WIDTHxHEIGHT in pixels, as 640x480 would be")
-    })?;
+    let size: [u32; 2] = integers(text, ['x', 'X'])
+        .ok_or_else(|| format!("size {text:?} is not WIDTHxHEIGHT in pixels, as 640x480 would be"))?;
     validate_sides(size)?;
     Ok(size)
 }
@@ -85,16 +78,12 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
 /// # Errors
 /// A message that says what would be valid.
 pub fn parse_crop(text: &str) -> Result<[u32; 4], String> {
-    integers(text, [',', ',']).ok_or_else(|| {
-        format!("crop {text:?} is not X,Y,WIDTH,HEIGHT in pixels, as 0,0,64,64 would be")
-    })
+    integers(text, [',', ','])
+        .ok_or_else(|| format!("crop {text:?} is not X,Y,WIDTH,HEIGHT in pixels, as 0,0,64,64 would be"))
 }
 
 fn integers<const N: usize>(text: &str, separators: [char; 2]) -> Option<[u32; N]> {
-    let parts: Option<Vec<u32>> = text
-        .split(separators)
-        .map(|part| part.trim().parse().ok())
-        .collect();
+    let parts: Option<Vec<u32>> = text.split(separators).map(|part| part.trim().parse().ok()).collect();
     parts?.try_into().ok()
 }
 
@@ -107,22 +96,10 @@ mod tests {
         assert_eq!(parse_size("640x480"), Ok([640, 480]));
         assert_eq!(parse_size("65536X65536"), Ok([65536, 65536]));
         for (text, message) in [
-            (
-                "640",
-                r#"size "640" is not WIDTHxHEIGHT in pixels, as 640x480 would be"#,
-            ),
-            (
-                "1x2x3",
-                r#"size "1x2x3" is not WIDTHxHEIGHT in pixels, as 640x480 would be"#,
-            ),
-            (
-                "0x480",
-                "size 0 x 480 is not valid: each side is 1 to 65536 pixels",
-            ),
-            (
-                "1x65537",
-                "size 1 x 65537 is not valid: each side is 1 to 65536 pixels",
-            ),
+            ("640", r#"size "640" is not WIDTHxHEIGHT in pixels, as 640x480 would be"#),
+            ("1x2x3", r#"size "1x2x3" is not WIDTHxHEIGHT in pixels, as 640x480 would be"#),
+            ("0x480", "size 0 x 480 is not valid: each side is 1 to 65536 pixels"),
+            ("1x65537", "size 1 x 65537 is not valid: each side is 1 to 65536 pixels"),
         ] {
             assert_eq!(parse_size(text), Err(message.to_owned()));
         }
@@ -130,10 +107,7 @@ mod tests {
 
     #[test]
     fn a_film_too_large_for_memory_needs_a_crop() {
-        let mut film = FilmSettings {
-            size: [65536, 65536],
-            ..FilmSettings::default()
-        };
+        let mut film = FilmSettings { size: [65536, 65536], ..FilmSettings::default() };
         let message = "size 65536 x 65536 is more than 268435456 pixels, the most that are kept in memory: render it in crops";
         assert_eq!(validate_film(&film), Err(message.to_owned()));
         film.crop = Some([65535, 65535, 1, 1]);
@@ -149,10 +123,7 @@ mod tests {
         assert!(parse_crop("-1,2,3,4").is_err());
         assert_eq!(validate_crop([1, 2, 3, 4], [4, 6]), Ok(()));
         for (crop, message) in [
-            (
-                [0, 0, 0, 4],
-                "crop [0, 0, 0, 4] is empty: its width and height (the last two) are at least 1",
-            ),
+            ([0, 0, 0, 4], "crop [0, 0, 0, 4] is empty: its width and height (the last two) are at least 1"),
             (
                 [2, 0, 3, 4],
                 "crop [2, 0, 3, 4] reaches outside the film of 4 x 6 pixels: x + width is 5, at most 4",

@@ -11,11 +11,9 @@ mod transform;
 mod unavailable;
 
 pub use description::{
-    Axis, Edit, FfdDescription, Frame, Method, MoveTo, NamedMaterial, ObjectDescription, Outside,
-    SceneDescription, SignedAxis,
+    Edit, FfdDescription, Method, MoveTo, NamedMaterial, ObjectDescription, Outside, SceneDescription,
 };
 pub use diagnostic::{Diagnostic, Located, Location, SceneError};
 pub use film_area::{MAX_PIXELS, MAX_SIDE, parse_crop, parse_size, validate_crop, validate_film};
 pub use names::Choice;
 pub use parse::{MAX_CONTROL_POINTS, parse_scene, parse_scene_str};
-pub use transform::sin_cos_deg;

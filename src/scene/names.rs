@@ -1,9 +1,11 @@
 //! Names that a scene file or a flag chooses from, and what to say of any other name.
 
-use super::description::{Axis, Frame, Outside};
+use super::description::Outside;
 use super::unavailable;
 use crate::film::{Aov, Filter};
 use crate::shade::{FovAxis, IntegratorKind};
+use crate::spline::Axis;
+use crate::subdivide::FrameChoice;
 
 /// A value that is chosen by its name.
 pub trait Choice: Copy + 'static {
@@ -44,11 +46,7 @@ pub(super) fn lookup(what: &str, known: &[&str], name: &str) -> Result<usize, St
     if unavailable::name(what, name) {
         return Err(unavailable::message(&format!("{what} {name:?}"), &list));
     }
-    Err(format!(
-        "unknown {what} {} (known: {list}){}",
-        quoted(name),
-        did_you_mean(name, known)
-    ))
+    Err(format!("unknown {what} {} (known: {list}){}", quoted(name), did_you_mean(name, known)))
 }
 
 /// The known name that `name` is most likely a misspelling of.
@@ -102,13 +100,7 @@ impl Choice for IntegratorKind {
 
 impl Choice for FovAxis {
     const WHAT: &'static str = "fov_axis";
-    const ALL: &'static [Self] = &[
-        Self::X,
-        Self::Y,
-        Self::Diagonal,
-        Self::Smaller,
-        Self::Larger,
-    ];
+    const ALL: &'static [Self] = &[Self::X, Self::Y, Self::Diagonal, Self::Smaller, Self::Larger];
 
     fn name(self) -> &'static str {
         match self {
@@ -192,7 +184,7 @@ impl Choice for Outside {
     }
 }
 
-impl Choice for Frame {
+impl Choice for FrameChoice {
     const WHAT: &'static str = "frame";
     const ALL: &'static [Self] = &[Self::Parallelogram, Self::Rectangle];
 
@@ -222,24 +214,15 @@ mod tests {
         round_trip::<Aov>();
         round_trip::<Axis>();
         round_trip::<Outside>();
-        round_trip::<Frame>();
+        round_trip::<FrameChoice>();
     }
 
     #[test]
     fn unknown_names_list_the_known() {
         for (name, message) in [
-            (
-                "pth",
-                r#"unknown integrator "pth" (known: path, direct); did you mean "path"?"#,
-            ),
-            (
-                "Direct",
-                r#"unknown integrator "Direct" (known: path, direct); did you mean "direct"?"#,
-            ),
-            (
-                "volume",
-                r#"unknown integrator "volume" (known: path, direct)"#,
-            ),
+            ("pth", r#"unknown integrator "pth" (known: path, direct); did you mean "path"?"#),
+            ("Direct", r#"unknown integrator "Direct" (known: path, direct); did you mean "direct"?"#),
+            ("volume", r#"unknown integrator "volume" (known: path, direct)"#),
             ("", r#"unknown integrator "" (known: path, direct)"#),
         ] {
             assert_eq!(IntegratorKind::from_name(name), Err(message.to_owned()));

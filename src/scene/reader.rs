@@ -24,10 +24,7 @@ pub(super) struct Faults<'a> {
 
 impl<'a> Faults<'a> {
     pub(super) fn new(source: &'a Source<'a>) -> Self {
-        Self {
-            source,
-            found: RefCell::default(),
-        }
+        Self { source, found: RefCell::default() }
     }
 
     /// Reports a fault at a byte of the text.
@@ -42,11 +39,7 @@ impl<'a> Faults<'a> {
     }
 
     fn push(&self, location: Option<Location>, message: String) {
-        self.found.borrow_mut().push(Diagnostic {
-            file: self.source.path.to_owned(),
-            location,
-            message,
-        });
+        self.found.borrow_mut().push(Diagnostic { file: self.source.path.to_owned(), location, message });
     }
 
     /// All faults in the file's order, those of the whole file last.
@@ -84,10 +77,7 @@ impl<'a> Value<'a> {
 
     /// Refuses the value; the message names what it is.
     pub(super) fn mismatch<T>(self) -> Converted<T> {
-        Err(vec![Mismatch {
-            byte: self.node.span().start,
-            found: describe(self.node.get_ref()),
-        }])
+        Err(vec![Mismatch { byte: self.node.span().start, found: describe(self.node.get_ref()) }])
     }
 
     pub(super) fn text(self) -> Converted<&'a str> {
@@ -135,11 +125,7 @@ impl<'a> Value<'a> {
     /// A finite number that passes `test`.
     pub(super) fn number_where(self, test: impl Fn(f64) -> bool) -> Converted<f64> {
         let number = self.number()?;
-        if test(number) {
-            Ok(number)
-        } else {
-            self.mismatch()
-        }
+        if test(number) { Ok(number) } else { self.mismatch() }
     }
 
     fn wide_integer(self) -> Option<i128> {
@@ -192,9 +178,7 @@ impl<'a> Value<'a> {
     /// `[r, g, b]` or one number for all three, each passing `test`.
     pub(super) fn rgb(self, test: impl Fn(f64) -> bool) -> Converted<DVec3> {
         if self.node.get_ref().is_array() {
-            return self
-                .array(|value| value.number_where(&test))
-                .map(DVec3::from_array);
+            return self.array(|value| value.number_where(&test)).map(DVec3::from_array);
         }
         self.number_where(test).map(DVec3::splat)
     }
@@ -219,12 +203,7 @@ impl<'a> Value<'a> {
     }
 
     /// The result of a conversion, or the fault reported.
-    pub(super) fn accept<T>(
-        self,
-        name: &str,
-        expected: &str,
-        converted: Converted<T>,
-    ) -> Option<T> {
+    pub(super) fn accept<T>(self, name: &str, expected: &str, converted: Converted<T>) -> Option<T> {
         converted
             .map_err(|mismatches| {
                 for Mismatch { byte, found } in mismatches {
@@ -264,13 +243,7 @@ pub(super) struct Table<'a> {
 impl<'a> Table<'a> {
     /// The whole document.
     pub(super) fn root(entries: &'a DeTable<'a>, faults: &'a Faults<'a>) -> Self {
-        Self {
-            label: "the scene",
-            byte: 0,
-            entries,
-            faults,
-            excused: Vec::new(),
-        }
+        Self { label: "the scene", byte: 0, entries, faults, excused: Vec::new() }
     }
 
     /// Reports every key that is not in `known`.
@@ -320,8 +293,7 @@ impl<'a> Table<'a> {
     /// Reports a fault at a key.
     pub(super) fn report_key(&self, key: &str, message: String) {
         let found = self.entries.keys().find(|found| found.get_ref() == key);
-        self.faults
-            .report(found.map_or(self.byte, |found| found.span().start), message);
+        self.faults.report(found.map_or(self.byte, |found| found.span().start), message);
     }
 
     /// Reports a fault at a key's value, or at the table if the key is not there.
@@ -394,8 +366,7 @@ impl<'a> Table<'a> {
     /// A value chosen by name that may be left out.
     pub(super) fn choice<C: Choice>(&self, key: &str) -> Option<C> {
         let names = C::names();
-        self.name_index(key, C::WHAT, &names)
-            .map(|index| C::ALL[index])
+        self.name_index(key, C::WHAT, &names).map(|index| C::ALL[index])
     }
 
     /// A value chosen by name that must be there.
@@ -423,9 +394,7 @@ impl<'a> Table<'a> {
 
     /// The result of a conversion that has its own message.
     pub(super) fn converted<T>(&self, key: &str, result: Result<T, String>) -> Option<T> {
-        result
-            .map_err(|message| self.report_value(key, message))
-            .ok()
+        result.map_err(|message| self.report_value(key, message)).ok()
     }
 
     /// The table under a key that may be left out.
@@ -440,15 +409,12 @@ impl<'a> Table<'a> {
         let expected = format!("a list of tables, each headed {label}");
         if let Ok(table) = value.table(label) {
             // most likely single brackets: its content still shows what else is wrong
-            value.report(format!(
-                "{key} must be {expected}, not a single table: double the brackets"
-            ));
+            value.report(format!("{key} must be {expected}, not a single table: double the brackets"));
             return Some(vec![table]);
         }
         let elements = value.accept(key, &expected, value.elements())?;
-        let tables = elements
-            .filter_map(|element| element.accept(key, &expected, element.table(label)))
-            .collect();
+        let tables =
+            elements.filter_map(|element| element.accept(key, &expected, element.table(label))).collect();
         Some(tables)
     }
 }

@@ -23,14 +23,8 @@ impl<'a> Source<'a> {
     pub(super) fn new(path: &'a Path, text: &'a str) -> Self {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
-        let line_starts = std::iter::once(0)
-            .chain(ends.map(|(end, _)| end + 1))
-            .collect();
-        Self {
-            path,
-            text,
-            line_starts,
-        }
+        let line_starts = std::iter::once(0).chain(ends.map(|(end, _)| end + 1)).collect();
+        Self { path, text, line_starts }
     }
 
     /// The place of a byte; of the text's end for any byte beyond.
@@ -38,25 +32,15 @@ impl<'a> Source<'a> {
         let byte = self.text.floor_char_boundary(byte);
         let line = self.line_starts.partition_point(|start| *start <= byte);
         let before = &self.text[self.line_starts[line - 1]..byte];
-        Location {
-            line,
-            column: before.chars().count() + 1,
-        }
+        Location { line, column: before.chars().count() + 1 }
     }
 }
 
 /// Reads a scene file.
 pub(super) fn read_text(path: &Path) -> Result<String, Diagnostic> {
-    let fault = |location, message: String| Diagnostic {
-        file: path.to_owned(),
-        location,
-        message,
-    };
+    let fault = |location, message: String| Diagnostic { file: path.to_owned(), location, message };
     if path.is_dir() {
-        return Err(fault(
-            None,
-            "is a folder; a scene is a TOML file".to_owned(),
-        ));
+        return Err(fault(None, "is a folder; a scene is a TOML file".to_owned()));
     }
     let mut bytes = Vec::new();
     File::open(path)
@@ -84,19 +68,8 @@ mod tests {
     #[test]
     fn columns_count_characters() {
         let source = Source::new(Path::new("a.toml"), "\u{feff}é = 1\r\nπ = 2\n");
-        for (byte, line, column) in [
-            (0, 1, 1),
-            (2, 1, 2),
-            (1, 1, 1),
-            (8, 2, 1),
-            (10, 2, 2),
-            (99, 3, 1),
-        ] {
-            assert_eq!(
-                source.locate(byte),
-                Location { line, column },
-                "byte {byte}"
-            );
+        for (byte, line, column) in [(0, 1, 1), (2, 1, 2), (1, 1, 1), (8, 2, 1), (10, 2, 2), (99, 3, 1)] {
+            assert_eq!(source.locate(byte), Location { line, column }, "byte {byte}");
         }
         let empty = Source::new(Path::new("a.toml"), "");
         assert_eq!(empty.locate(0), Location { line: 1, column: 1 });

@@ -3,6 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::reader::{Table, Value};
+use crate::math::angle::sin_cos_deg;
 
 /// The kinds of step.
 const STEPS: &[&str] = &["scale", "rotate", "translate", "matrix", "look_at"];
@@ -14,20 +15,6 @@ const STEPS: &[&str] = &["scale", "rotate", "translate", "matrix", "look_at"];
 /// comes near it.
 const FLAT: f64 = 16.0 * f64::EPSILON;
 
-/// Sine and cosine of an angle in degrees: exact at multiples of 90, the same on every machine.
-#[must_use]
-pub fn sin_cos_deg(angle: f64) -> (f64, f64) {
-    let quarters = (angle / 90.0).round();
-    let rest = (angle - 90.0 * quarters).to_radians();
-    let (sin, cos) = libm::sincos(rest);
-    match quarters.rem_euclid(4.0) {
-        1.0 => (cos, -sin),
-        2.0 => (-sin, -cos),
-        3.0 => (-cos, sin),
-        _ => (sin, cos),
-    }
-}
-
 /// The map that the steps under `key` compose to, first step first; the identity without any.
 pub(super) fn read(table: &Table<'_>, key: &str) -> Option<DAffine3> {
     let expected = "a list of steps, such as [ { scale = 2.0 }, { translate = [0, 0, 1] } ]";
@@ -37,13 +24,9 @@ pub(super) fn read(table: &Table<'_>, key: &str) -> Option<DAffine3> {
     let steps = value.accept(key, expected, value.elements())?;
     let steps: Vec<_> = steps.map(|step| read_step(key, step)).collect();
     let steps: Option<Vec<DAffine3>> = steps.into_iter().collect();
-    let composed = steps?
-        .into_iter()
-        .fold(DAffine3::IDENTITY, |before, step| step * before);
+    let composed = steps?.into_iter().fold(DAffine3::IDENTITY, |before, step| step * before);
     if !composed.is_finite() || !composed.inverse().is_finite() || is_flat(composed.matrix3) {
-        value.report(format!(
-            "the steps of {key} together cannot be inverted in double precision"
-        ));
+        value.report(format!("the steps of {key} together cannot be inverted in double precision"));
         return None;
     }
     Some(composed)
@@ -57,10 +40,7 @@ fn read_step(key: &str, step: Value<'_>) -> Option<DAffine3> {
     match kinds.as_slice() {
         [] => {
             if !STEPS.iter().any(|kind| table.is_excused(kind)) {
-                table.report(format!(
-                    "a transform step needs one of {}",
-                    STEPS.join(", ")
-                ));
+                table.report(format!("a transform step needs one of {}", STEPS.join(", ")));
             }
             None
         }
@@ -76,9 +56,7 @@ fn read_step(key: &str, step: Value<'_>) -> Option<DAffine3> {
         [first, second, ..] => {
             table.report_key(
                 second,
-                format!(
-                    "a transform step does one thing, not {first} and {second}: write two steps"
-                ),
+                format!("a transform step does one thing, not {first} and {second}: write two steps"),
             );
             None
         }
@@ -87,9 +65,7 @@ fn read_step(key: &str, step: Value<'_>) -> Option<DAffine3> {
 
 fn scale(table: &Table<'_>) -> Option<DAffine3> {
     let expected = "a number or [x, y, z], without 0 (which would flatten)";
-    table
-        .required("scale", expected, |value| value.rgb(|factor| factor != 0.0))
-        .map(DAffine3::from_scale)
+    table.required("scale", expected, |value| value.rgb(|factor| factor != 0.0)).map(DAffine3::from_scale)
 }
 
 fn rotate(table: &Table<'_>) -> Option<DAffine3> {
@@ -138,10 +114,7 @@ fn look_at(table: &Table<'_>) -> Option<DAffine3> {
     let view = read_view(&look_at)?;
     let z = direction(view.target - view.origin)?;
     let x = direction(view.up)?.cross(z).normalize();
-    Some(DAffine3::from_mat3_translation(
-        DMat3::from_cols(x, z.cross(x), z),
-        view.origin,
-    ))
+    Some(DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), view.origin))
 }
 
 /// A place to look from, one to look at and the direction that is up.
@@ -180,11 +153,7 @@ pub(super) fn read_view(table: &Table<'_>) -> Option<View> {
     };
     if unit_up.cross(forward).length() < PARALLEL {
         let [x, y, z] = up.to_array();
-        let default = if given_up.is_some() {
-            ""
-        } else {
-            " (the default)"
-        };
+        let default = if given_up.is_some() { "" } else { " (the default)" };
         table.report_value(
             if given_up.is_some() { "up" } else { "target" },
             format!("up [{x}, {y}, {z}]{default} must not be parallel to the view direction"),
@@ -246,8 +215,6 @@ mod tests {
         let matrix = DMat3::from_cols_array(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
         assert!(is_flat(matrix));
         assert!(is_flat(DMat3::ZERO));
-        assert!(!is_flat(DMat3::from_diagonal(DVec3::new(
-            1.0, 1e-150, 1e150
-        ))));
+        assert!(!is_flat(DMat3::from_diagonal(DVec3::new(1.0, 1e-150, 1e150))));
     }
 }

@@ -14,34 +14,18 @@ struct LaterKey {
 }
 
 const KEYS: &[LaterKey] = &[
-    LaterKey {
-        table: "[[object]]",
-        key: "surface",
-        instead: &["mesh"],
-        beside: &[],
-    },
+    LaterKey { table: "[[object]]", key: "surface", instead: &["mesh"], beside: &[] },
     LaterKey {
         table: "[[object.deform.edit]]",
         key: "drag",
-        instead: &[
-            "move",
-            "twist",
-            "taper",
-            "bend",
-            "bulge",
-            "weight",
-            "control_points",
-        ],
+        instead: &["move", "twist", "taper", "bend", "bulge", "weight", "control_points"],
         beside: &["to", "using", "min_weight"],
     },
 ];
 
 /// Names that this version refuses, by what they choose.
 const NAMES: &[(&str, &[&str])] = &[
-    (
-        "filter",
-        &["tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
-    ),
+    ("filter", &["tent", "gaussian", "mitchell", "catmullrom", "lanczos"]),
     (
         "material type",
         &[
@@ -72,22 +56,17 @@ pub(super) const MAX_DEFORMATIONS: usize = 1;
 
 /// The keys to use instead, if `key` is one that this version refuses.
 pub(super) fn key(table: &str, key: &str) -> Option<&'static [&'static str]> {
-    KEYS.iter()
-        .find(|later| later.table == table && later.key == key)
-        .map(|later| later.instead)
+    KEYS.iter().find(|later| later.table == table && later.key == key).map(|later| later.instead)
 }
 
 /// Whether `key` only stands beside a refused key that `has` finds in the same table.
 pub(super) fn beside(table: &str, key: &str, has: impl Fn(&str) -> bool) -> bool {
-    KEYS.iter()
-        .any(|later| later.table == table && later.beside.contains(&key) && has(later.key))
+    KEYS.iter().any(|later| later.table == table && later.beside.contains(&key) && has(later.key))
 }
 
 /// Whether `name` is one that this version refuses.
 pub(super) fn name(what: &str, name: &str) -> bool {
-    NAMES
-        .iter()
-        .any(|(later, names)| *later == what && names.contains(&name))
+    NAMES.iter().any(|(later, names)| *later == what && names.contains(&name))
 }
 
 /// The message that refuses `thing` and names what there is.

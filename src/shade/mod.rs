@@ -3,9 +3,24 @@
 mod camera;
 mod light;
 mod material;
+mod path;
+mod rectangle;
+mod sampler;
+mod scene;
 mod settings;
+mod spawn;
+mod statistics;
+#[cfg(test)]
+pub(crate) mod testing;
+mod warp;
 
-pub use camera::{CameraSettings, FovAxis};
-pub use light::Light;
-pub use material::Material;
+pub use camera::{CameraError, CameraSettings, FovAxis, PerspectiveCamera};
+pub use light::{Light, LightEnd, LightError, LightHit, LightSample, LightSet};
+pub use material::{BsdfSample, BsdfValue, Material};
+pub use path::PathIntegrator;
+pub use rectangle::{Rectangle, RectangleHit};
+pub use sampler::Sampler;
+pub use scene::{SceneHit, ShadingScene};
 pub use settings::{IntegratorKind, RenderSettings};
+pub use spawn::{spawn_ray, spawn_shadow_ray};
+pub use statistics::RenderStatistics;

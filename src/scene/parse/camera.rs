@@ -7,15 +7,7 @@ use crate::shade::{CameraSettings, FovAxis};
 
 /// Reads and checks the camera.
 pub(super) fn read(mut table: Table<'_>) -> Option<CameraSettings> {
-    table.check_keys(&[
-        "origin",
-        "target",
-        "up",
-        "fov",
-        "fov_axis",
-        "aperture_radius",
-        "focus_distance",
-    ]);
+    table.check_keys(&["origin", "target", "up", "fov", "fov_axis", "aperture_radius", "focus_distance"]);
     let view = read_view(&table);
     let fov = table.optional("fov", "degrees, above 0 and below 180", |value| {
         value.number_where(|fov| fov > 0.0 && fov < 180.0)
@@ -32,13 +24,7 @@ pub(super) fn read(mut table: Table<'_>) -> Option<CameraSettings> {
         (default_fov(), FovAxis::Diagonal)
     };
     let view = view?;
-    Some(CameraSettings {
-        origin: view.origin,
-        target: view.target,
-        up: view.up,
-        fov,
-        fov_axis,
-    })
+    Some(CameraSettings { origin: view.origin, target: view.target, up: view.up, fov, fov_axis })
 }
 
 /// Mitsuba's: the diagonal of 35 mm film (36 x 24) behind a lens of 50 mm.

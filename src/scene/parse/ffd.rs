@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use crate::scene::description::{Axis, Edit, FfdDescription, MoveTo, SignedAxis};
+use crate::scene::description::{Edit, FfdDescription, MoveTo};
 use crate::scene::diagnostic::Located;
 use crate::scene::names::Choice;
 use crate::scene::reader::{Converted, Table, Value};
+use crate::spline::{Axis, SignedAxis};
 
 /// Most control points of a lattice. At 32 bytes each they take half a gigabyte; the patches that
 /// so fine a lattice cuts a mesh into take far more.
@@ -18,18 +19,15 @@ const AXES: [char; 3] = ['x', 'y', 'z'];
 
 /// Reads and checks a deformation.
 pub(super) fn read(mut table: Table<'_>) -> Option<Located<FfdDescription>> {
-    const KEYS: &[&str] = &[
-        "type", "degree", "points", "bounds", "outside", "hold", "frame", "edit",
-    ];
+    const KEYS: &[&str] = &["type", "degree", "points", "bounds", "outside", "hold", "frame", "edit"];
     if !table.has("type") {
         table.check_keys(KEYS);
     }
     table.required_name("type", "deform type", &["ffd"])?;
     table.check_keys(KEYS);
     let degrees = format!("three integers from 1 to {MAX_DEGREE}");
-    let degree = table.required("degree", &degrees, |value| {
-        value.array(|element| element.integer(1..=MAX_DEGREE))
-    });
+    let degree =
+        table.required("degree", &degrees, |value| value.array(|element| element.integer(1..=MAX_DEGREE)));
     let counts = format!("three integers from 2 to {MAX_CONTROL_POINTS}");
     let points = table.required("points", &counts, |value| {
         value.array(|element| element.integer(2..=MAX_CONTROL_POINTS as i128))
@@ -37,14 +35,10 @@ pub(super) fn read(mut table: Table<'_>) -> Option<Located<FfdDescription>> {
     check_counts(&table, degree, points);
     let bounds = read_bounds(&table);
     let outside = table.choice("outside");
-    let hold = table.optional("hold", "an integer of at least 0", |value| {
-        value.integer(0..=MAX_CONTROL_POINTS as i128)
-    });
+    let hold = table
+        .optional("hold", "an integer of at least 0", |value| value.integer(0..=MAX_CONTROL_POINTS as i128));
     let frame = table.choice("frame");
-    let lattice = Lattice {
-        points,
-        hold: hold.unwrap_or(0),
-    };
+    let lattice = Lattice { points, hold: hold.unwrap_or(0) };
     let edits = table.tables("edit", "[[object.deform.edit]]");
     let edits = edits.unwrap_or_default().into_iter();
     let edits = edits.filter_map(|edit| lattice.read_edit(edit)).collect();
@@ -74,20 +68,16 @@ fn check_counts(table: &Table<'_>, degree: Option<[usize; 3]>, points: Option<[u
             table.report_value("points", message);
         }
     }
-    let total = points
-        .iter()
-        .try_fold(1_usize, |total, count| total.checked_mul(*count));
+    let total = points.iter().try_fold(1_usize, |total, count| total.checked_mul(*count));
     if total.is_none_or(|total| total > MAX_CONTROL_POINTS) {
-        let message =
-            format!("points {points:?} make more than {MAX_CONTROL_POINTS} control points");
+        let message = format!("points {points:?} make more than {MAX_CONTROL_POINTS} control points");
         table.report_value("points", message);
     }
 }
 
 fn read_bounds(table: &Table<'_>) -> Option<[DVec3; 2]> {
     let expected = "[[x, y, z], [x, y, z]] of finite numbers, the least corner and the greatest";
-    let bounds: [DVec3; 2] =
-        table.optional("bounds", expected, |value| value.array(Value::vector))?;
+    let bounds: [DVec3; 2] = table.optional("bounds", expected, |value| value.array(Value::vector))?;
     for axis in 0..3 {
         let [min, max] = bounds.map(|corner| corner[axis]);
         let name = AXES[axis];
@@ -169,29 +159,21 @@ impl Lattice {
             (false, false) => {
                 let excused = table.is_excused("by") || table.is_excused("to");
                 if !excused {
-                    let message =
-                        "a move needs by (a displacement [x, y, z]) or to (a place [x, y, z])";
+                    let message = "a move needs by (a displacement [x, y, z]) or to (a place [x, y, z])";
                     table.report_value("move", message.to_owned());
                 }
                 None
             }
             _ => by.map(MoveTo::By).or(to.map(MoveTo::To)),
         };
-        Some(Edit::Move {
-            index: index?,
-            to: to?,
-        })
+        Some(Edit::Move { index: index?, to: to? })
     }
 
     fn read_weight(&self, table: &Table<'_>) -> Option<Edit> {
         let index = self.read_index(table, "weight");
-        let value = table.required("value", "a number above 0", |value| {
-            value.number_where(|weight| weight > 0.0)
-        });
-        Some(Edit::Weight {
-            index: index?,
-            value: value?,
-        })
+        let value =
+            table.required("value", "a number above 0", |value| value.number_where(|weight| weight > 0.0));
+        Some(Edit::Weight { index: index?, value: value? })
     }
 
     /// The index of a control point that may be edited.
@@ -203,8 +185,7 @@ impl Lattice {
         let points = self.points?;
         let last = points.map(|count| count - 1);
         if (0..3).any(|axis| index[axis] > last[axis]) {
-            let message =
-                format!("control point {index:?} is outside the lattice: the last is {last:?}");
+            let message = format!("control point {index:?} is outside the lattice: the last is {last:?}");
             table.report_value(key, message);
             return None;
         }
@@ -258,10 +239,7 @@ fn read_twist(table: &Table<'_>) -> Option<Edit> {
     let twist = inner(table, "twist", &["axis", "angle"], expected)?;
     let axis = twist.required_choice("axis");
     let angle = read_angle(&twist);
-    Some(Edit::Twist {
-        axis: axis?,
-        angle: angle?,
-    })
+    Some(Edit::Twist { axis: axis?, angle: angle? })
 }
 
 fn read_taper(table: &Table<'_>) -> Option<Edit> {
@@ -270,18 +248,11 @@ fn read_taper(table: &Table<'_>) -> Option<Edit> {
     let axis = taper.required_choice("axis");
     let expected = "a finite number, or one for each of the two other axes";
     let scale = taper.required("scale", expected, factors);
-    Some(Edit::Taper {
-        axis: axis?,
-        scale: scale?,
-    })
+    Some(Edit::Taper { axis: axis?, scale: scale? })
 }
 
 fn factors(value: Value<'_>) -> Converted<[f64; 2]> {
-    if value.is_array() {
-        value.array(Value::number)
-    } else {
-        value.number().map(|factor| [factor; 2])
-    }
+    if value.is_array() { value.array(Value::number) } else { value.number().map(|factor| [factor; 2]) }
 }
 
 fn read_bend(table: &Table<'_>) -> Option<Edit> {
@@ -299,11 +270,7 @@ fn read_bend(table: &Table<'_>) -> Option<Edit> {
         let message = format!("toward must be across the axis {name}: one of {a}, -{a}, {b}, -{b}");
         bend.report_value("toward", message);
     }
-    Some(Edit::Bend {
-        axis,
-        angle: angle?,
-        toward,
-    })
+    Some(Edit::Bend { axis, angle: angle?, toward })
 }
 
 fn read_bulge(table: &Table<'_>) -> Option<Edit> {
@@ -311,8 +278,5 @@ fn read_bulge(table: &Table<'_>) -> Option<Edit> {
     let bulge = inner(table, "bulge", &["axis", "amount"], expected)?;
     let axis = bulge.required_choice("axis");
     let amount = bulge.required("amount", "a finite number", Value::number);
-    Some(Edit::Bulge {
-        axis: axis?,
-        amount: amount?,
-    })
+    Some(Edit::Bulge { axis: axis?, amount: amount? })
 }

@@ -11,14 +11,11 @@ pub(super) fn read_film(mut table: Table<'_>) -> FilmSettings {
     table.check_keys(&["size", "filter", "crop"]);
     let default = FilmSettings::default();
     let sides = format!("[width, height] in pixels, each an integer from 1 to {MAX_SIDE}");
-    let given_size = table.optional("size", &sides, |value| {
-        value.array(|side| side.integer(1..=i128::from(MAX_SIDE)))
+    let given_size =
+        table.optional("size", &sides, |value| value.array(|side| side.integer(1..=i128::from(MAX_SIDE))));
+    let crop = table.optional("crop", "[x, y, width, height] in pixels, integers of at least 0", |value| {
+        value.array(|element| element.integer(0..=i128::from(u32::MAX)))
     });
-    let crop = table.optional(
-        "crop",
-        "[x, y, width, height] in pixels, integers of at least 0",
-        |value| value.array(|element| element.integer(0..=i128::from(u32::MAX))),
-    );
     let film = FilmSettings {
         size: given_size.unwrap_or(default.size),
         filter: table.choice("filter").unwrap_or(default.filter),
@@ -34,29 +31,17 @@ pub(super) fn read_film(mut table: Table<'_>) -> FilmSettings {
 
 /// Reads and checks what decides the picture besides the scene.
 pub(super) fn read_render(mut table: Table<'_>) -> RenderSettings {
-    table.check_keys(&[
-        "integrator",
-        "spp",
-        "max_depth",
-        "rr_depth",
-        "seed",
-        "aovs",
-        "hide_emitters",
-    ]);
+    table.check_keys(&["integrator", "spp", "max_depth", "rr_depth", "seed", "aovs", "hide_emitters"]);
     let default = RenderSettings::default();
     let integrator = table.choice("integrator");
     let count = format!("an integer from 1 to {}", u32::MAX);
     let positive = |value: Value<'_>| value.integer(1..=i128::from(u32::MAX));
     let spp = table.optional("spp", &count, positive);
     let depth = format!("an integer from -1 (unlimited) to {}", i32::MAX);
-    let max_depth = table.optional("max_depth", &depth, |value| {
-        value.integer(-1..=i128::from(i32::MAX))
-    });
+    let max_depth = table.optional("max_depth", &depth, |value| value.integer(-1..=i128::from(i32::MAX)));
     let rr_depth = table.optional("rr_depth", &count, positive);
     let seeds = format!("an integer from 0 to {}", u64::MAX);
-    let seed = table.optional("seed", &seeds, |value| {
-        value.integer(0..=i128::from(u64::MAX))
-    });
+    let seed = table.optional("seed", &seeds, |value| value.integer(0..=i128::from(u64::MAX)));
     let hide_emitters = table.optional("hide_emitters", "true or false", Value::boolean);
     RenderSettings {
         integrator: integrator.unwrap_or(default.integrator),

@@ -11,32 +11,14 @@ use crate::scene::unavailable::{self, MAX_DEFORMATIONS};
 /// Reads and checks all objects.
 pub(super) fn read_all(tables: Vec<Table<'_>>, materials: &Materials) -> Vec<ObjectDescription> {
     let mut names = Names::default();
-    tables
-        .into_iter()
-        .filter_map(|table| read(table, &mut names, materials))
-        .collect()
+    tables.into_iter().filter_map(|table| read(table, &mut names, materials)).collect()
 }
 
-fn read(
-    mut table: Table<'_>,
-    names: &mut Names,
-    materials: &Materials,
-) -> Option<ObjectDescription> {
-    table.check_keys(&[
-        "name",
-        "mesh",
-        "material",
-        "transform",
-        "normals",
-        "method",
-        "deform",
-    ]);
+fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Option<ObjectDescription> {
+    table.check_keys(&["name", "mesh", "material", "transform", "normals", "method", "deform"]);
     let name = names.read(&table);
-    let mesh = table.required_located(
-        "mesh",
-        "the path of an OBJ file, from the scene file's folder",
-        Value::path,
-    );
+    let mesh =
+        table.required_located("mesh", "the path of an OBJ file, from the scene file's folder", Value::path);
     let material = read_material(&table, materials);
     let transform = transform::read(&table, "transform");
     table.name_index("normals", "normals", &["face"]);

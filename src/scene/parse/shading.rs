@@ -46,15 +46,10 @@ pub(super) struct Materials {
 /// Reads and checks all materials.
 pub(super) fn read_materials(tables: Vec<Table<'_>>) -> Materials {
     let mut names = Names::default();
-    let mut materials = Materials {
-        described: Vec::new(),
-        names: Vec::new(),
-    };
+    let mut materials = Materials { described: Vec::new(), names: Vec::new() };
     for table in tables {
         let name = names.read(&table);
-        materials
-            .names
-            .extend(name.iter().map(|name| name.value.clone()));
+        materials.names.extend(name.iter().map(|name| name.value.clone()));
         if let (Some(name), Some(material)) = (name, read_material(table)) {
             materials.described.push(NamedMaterial { name, material });
         }
@@ -70,14 +65,10 @@ fn read_material(mut table: Table<'_>) -> Option<Material> {
     table.required_name("type", "material type", &["diffuse"])?;
     table.check_keys(KEYS);
     let expected = "a number or [r, g, b], each in [0, 1]";
-    let reflectance = read_colour(&table, "reflectance", expected, |share| {
-        (0.0..=1.0).contains(&share)
-    });
+    let reflectance = read_colour(&table, "reflectance", expected, |share| (0.0..=1.0).contains(&share));
     let two_sided = table.optional("two_sided", "true or false", Value::boolean);
-    let Material::Diffuse {
-        reflectance: default_reflectance,
-        two_sided: default_two_sided,
-    } = Material::default();
+    let Material::Diffuse { reflectance: default_reflectance, two_sided: default_two_sided } =
+        Material::default();
     Some(Material::Diffuse {
         reflectance: reflectance.unwrap_or(default_reflectance),
         two_sided: two_sided.unwrap_or(default_two_sided),
@@ -85,12 +76,7 @@ fn read_material(mut table: Table<'_>) -> Option<Material> {
 }
 
 /// A colour that may be left out; textures are refused by name.
-fn read_colour(
-    table: &Table<'_>,
-    key: &str,
-    expected: &str,
-    test: impl Fn(f64) -> bool,
-) -> Option<DVec3> {
+fn read_colour(table: &Table<'_>, key: &str, expected: &str, test: impl Fn(f64) -> bool) -> Option<DVec3> {
     let value = table.value(key)?;
     if let Ok(kinds) = value.table("a texture")
         && let Some(kind) = TEXTURES.iter().find(|kind| kinds.has(kind))
@@ -121,14 +107,7 @@ pub(super) fn read_lights(tables: Vec<Table<'_>>) -> Vec<Light> {
 /// One light; `constant` is where a constant light stands already.
 fn read_light(mut table: Table<'_>, constant: Option<Location>) -> Option<Light> {
     if !table.has("type") {
-        table.check_keys(&[
-            "type",
-            "radiance",
-            "intensity",
-            "position",
-            "shape",
-            "to_world",
-        ]);
+        table.check_keys(&["type", "radiance", "intensity", "position", "shape", "to_world"]);
     }
     let kind = table.required_name("type", "light type", &["constant", "point", "area"])?;
     let radiance = |table: &Table<'_>, key| {
@@ -152,10 +131,7 @@ fn read_light(mut table: Table<'_>, constant: Option<Location>) -> Option<Light>
             let place = "a point [x, y, z] of finite numbers";
             let position = table.required("position", place, Value::vector);
             let intensity = radiance(&table, "intensity");
-            Some(Light::Point {
-                position: position?,
-                intensity,
-            })
+            Some(Light::Point { position: position?, intensity })
         }
         _ => {
             table.check_keys(&["type", "shape", "to_world", "radiance"]);
@@ -163,10 +139,7 @@ fn read_light(mut table: Table<'_>, constant: Option<Location>) -> Option<Light>
             let to_world = transform::read(&table, "to_world");
             let radiance = radiance(&table, "radiance");
             shape?;
-            Some(Light::Rectangle {
-                to_world: to_world?,
-                radiance,
-            })
+            Some(Light::Rectangle { to_world: to_world?, radiance })
         }
     }
 }

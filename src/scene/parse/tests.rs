@@ -6,10 +6,11 @@ use proptest::prelude::*;
 use super::*;
 use crate::film::{Aov, FilmSettings, Filter};
 use crate::scene::{
-    Axis, Edit, FfdDescription, Frame, Located, Location, Method, MoveTo, NamedMaterial,
-    ObjectDescription, Outside, SignedAxis,
+    Edit, FfdDescription, Located, Location, Method, MoveTo, NamedMaterial, ObjectDescription, Outside,
 };
 use crate::shade::{CameraSettings, FovAxis, IntegratorKind, Light, Material, RenderSettings};
+use crate::spline::{Axis, SignedAxis};
+use crate::subdivide::FrameChoice;
 
 const FULL: &str = r#"# every key that this version has
 [camera]
@@ -103,10 +104,7 @@ fn at(line: usize, column: usize) -> Location {
 }
 
 fn located<T>(value: T, line: usize, column: usize) -> Located<T> {
-    Located {
-        value,
-        location: at(line, column),
-    }
+    Located { value, location: at(line, column) }
 }
 
 fn parse(text: &str) -> Result<SceneDescription, SceneError> {
@@ -116,73 +114,18 @@ fn parse(text: &str) -> Result<SceneDescription, SceneError> {
 fn full_edits() -> Vec<Located<Edit>> {
     let index = [1, 2, 3];
     vec![
+        located(Edit::Move { index, to: MoveTo::By(DVec3::new(0.0, 0.0, 0.3)) }, 64, 8),
+        located(Edit::Move { index: [2, 3, 4], to: MoveTo::To(DVec3::new(1.0, 2.0, 3.0)) }, 67, 8),
+        located(Edit::Twist { axis: Axis::Z, angle: 90.0 }, 70, 9),
+        located(Edit::Taper { axis: Axis::X, scale: [0.5, 2.0] }, 72, 9),
         located(
-            Edit::Move {
-                index,
-                to: MoveTo::By(DVec3::new(0.0, 0.0, 0.3)),
-            },
-            64,
-            8,
-        ),
-        located(
-            Edit::Move {
-                index: [2, 3, 4],
-                to: MoveTo::To(DVec3::new(1.0, 2.0, 3.0)),
-            },
-            67,
-            8,
-        ),
-        located(
-            Edit::Twist {
-                axis: Axis::Z,
-                angle: 90.0,
-            },
-            70,
-            9,
-        ),
-        located(
-            Edit::Taper {
-                axis: Axis::X,
-                scale: [0.5, 2.0],
-            },
-            72,
-            9,
-        ),
-        located(
-            Edit::Bend {
-                axis: Axis::Y,
-                angle: -45.0,
-                toward: SignedAxis {
-                    axis: Axis::X,
-                    negative: true,
-                },
-            },
+            Edit::Bend { axis: Axis::Y, angle: -45.0, toward: SignedAxis { axis: Axis::X, negative: true } },
             74,
             8,
         ),
-        located(
-            Edit::Bulge {
-                axis: Axis::Z,
-                amount: -0.2,
-            },
-            76,
-            9,
-        ),
-        located(
-            Edit::Weight {
-                index: [1, 1, 1],
-                value: 2.0,
-            },
-            78,
-            10,
-        ),
-        located(
-            Edit::ControlPoints {
-                path: PathBuf::from("scenes/lattice.npy"),
-            },
-            81,
-            18,
-        ),
+        located(Edit::Bulge { axis: Axis::Z, amount: -0.2 }, 76, 9),
+        located(Edit::Weight { index: [1, 1, 1], value: 2.0 }, 78, 10),
+        located(Edit::ControlPoints { path: PathBuf::from("scenes/lattice.npy") }, 81, 18),
     ]
 }
 
@@ -193,7 +136,7 @@ fn full_objects() -> Vec<ObjectDescription> {
         bounds: Some([DVec3::ZERO, DVec3::ONE]),
         outside: Outside::Error,
         hold: 1,
-        frame: Frame::Rectangle,
+        frame: FrameChoice::Rectangle,
         edits: full_edits(),
     };
     let turned = DMat3::from_cols(2.0 * DVec3::Y, -2.0 * DVec3::X, 2.0 * DVec3::Z);
@@ -233,11 +176,7 @@ fn a_full_scene_gives_its_values() {
     );
     assert_eq!(
         scene.film,
-        FilmSettings {
-            size: [640, 480],
-            filter: Filter::Box,
-            crop: Some([10, 20, 600, 400]),
-        }
+        FilmSettings { size: [640, 480], filter: Filter::Box, crop: Some([10, 20, 600, 400]) }
     );
     assert_eq!(
         scene.render,
@@ -253,10 +192,7 @@ fn a_full_scene_gives_its_values() {
     );
     let diffuse = |name: &str, line, reflectance, two_sided| NamedMaterial {
         name: located(name.to_owned(), line, 8),
-        material: Material::Diffuse {
-            reflectance,
-            two_sided,
-        },
+        material: Material::Diffuse { reflectance, two_sided },
     };
     assert_eq!(
         scene.materials,
@@ -270,13 +206,8 @@ fn a_full_scene_gives_its_values() {
     assert_eq!(
         scene.lights,
         Some(vec![
-            Light::Constant {
-                radiance: DVec3::splat(2.0)
-            },
-            Light::Point {
-                position: DVec3::new(1.0, 2.0, 3.0),
-                intensity: DVec3::new(4.0, 5.0, 6.0),
-            },
+            Light::Constant { radiance: DVec3::splat(2.0) },
+            Light::Point { position: DVec3::new(1.0, 2.0, 3.0), intensity: DVec3::new(4.0, 5.0, 6.0) },
             Light::Rectangle {
                 to_world: DAffine3::from_mat3_translation(down, DVec3::new(0.0, 0.0, 5.0)),
                 radiance: DVec3::new(7.0, 8.0, 9.0),
@@ -298,18 +229,14 @@ fn all_but_objects_may_be_left_out() {
     assert_eq!(scene.film, FilmSettings::default());
     assert_eq!(scene.render, RenderSettings::default());
     assert_eq!(scene.lights, None);
-    assert_eq!(
-        scene.lights_or_default(),
-        [Light::Constant {
-            radiance: DVec3::ONE
-        }]
-    );
+    assert_eq!(scene.lights_or_default(), [Light::Constant { radiance: DVec3::ONE }]);
     assert_eq!(scene.objects[0].mesh.value, Path::new("scenes/a.obj"));
 }
 
 #[test]
 fn the_default_lens_is_that_of_mitsuba() {
-    let text = "[camera]\norigin = [0, 1, 0]\ntarget = [0, 0, 0]\n[[object]]\nname = \"a\"\nmesh = \"a.obj\"\n";
+    let text =
+        "[camera]\norigin = [0, 1, 0]\ntarget = [0, 0, 0]\n[[object]]\nname = \"a\"\nmesh = \"a.obj\"\n";
     let camera = parse(text).unwrap().camera.unwrap();
     assert_eq!(camera.fov_axis, FovAxis::Diagonal);
     assert!((camera.fov - 46.793_003).abs() < 1e-6, "got {}", camera.fov);
@@ -327,10 +254,8 @@ fn each_fault_gives_its_message() {
     let mut count = 0;
     for case in cases {
         let (place, case) = case.split_once('\n').unwrap();
-        let (messages, text): (Vec<&str>, Vec<&str>) = case
-            .trim_end()
-            .lines()
-            .partition(|line| line.starts_with("-> "));
+        let (messages, text): (Vec<&str>, Vec<&str>) =
+            case.trim_end().lines().partition(|line| line.starts_with("-> "));
         let text = text.join("\n") + "\n";
         let text = match place {
             "alone" => text,
@@ -339,13 +264,9 @@ fn each_fault_gives_its_message() {
             "in an ffd" => object.to_owned() + ffd + &text,
             _ => panic!("unknown place {place:?}"),
         };
-        let want: Vec<String> = messages
-            .iter()
-            .map(|message| message.replacen("-> ", "scenes/a.toml:", 1))
-            .collect();
-        let got = parse(&text)
-            .err()
-            .map_or_else(String::new, |error| error.to_string());
+        let want: Vec<String> =
+            messages.iter().map(|message| message.replacen("-> ", "scenes/a.toml:", 1)).collect();
+        let got = parse(&text).err().map_or_else(String::new, |error| error.to_string());
         assert_eq!(got, want.join("\n"), "scene:\n{text}");
         count += 1;
     }
@@ -366,10 +287,7 @@ fn files_that_are_no_scenes_are_named() {
     };
     assert_eq!(message("", None), ": is a folder; a scene is a TOML file");
     let missing = message("missing.toml", None);
-    assert!(
-        missing.starts_with(": cannot read the scene file: No such file"),
-        "{missing}"
-    );
+    assert!(missing.starts_with(": cannot read the scene file: No such file"), "{missing}");
     assert_eq!(
         message("binary.toml", Some(b"a = 1\n\xc3\xa9 = \xff\xfe")),
         ":2:5: is not UTF-8 text (byte 0xff); a scene is TOML in UTF-8"
