@@ -165,20 +165,23 @@ fn bent_volume(degree: [usize; 3], points: [usize; 3], low: DVec3, high: DVec3) 
     lattice.volume().expect("the edits keep points finite and weights 1")
 }
 
+/// Deterministic numbers in [0, 1).
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
 /// Knot box and frame of triangles in general position; a volume of one knot box keeps each whole.
 fn general_planes(volume: &SplineVolume, frame: FrameChoice) -> Vec<(Cell, Frame)> {
-    // any step irrational to the others will do
-    let low_discrepancy = |i: usize, step: f64| (i as f64 * step).fract();
+    let mut noise = Noise(1);
     (0..PLANES)
-        .map(|i| {
-            let corners: [DVec3; 3] = std::array::from_fn(|corner| {
-                let n = 3 * i + corner + 1;
-                DVec3::new(
-                    low_discrepancy(n, 2_f64.sqrt()),
-                    low_discrepancy(n, 3_f64.sqrt()),
-                    low_discrepancy(n, 5_f64.sqrt()),
-                )
-            });
+        .map(|_| {
+            let corners: [DVec3; 3] =
+                std::array::from_fn(|_| DVec3::new(noise.next(), noise.next(), noise.next()));
             let polygon = [PlanarPolygon { face: 0, corners: &corners }];
             let made = deform_polygons(&polygon, Deformation { volume: Some(volume), frame })
                 .expect("a small triangle in a mild lattice");
