@@ -1,3 +1,7 @@
 //! The `trimray` program.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    trimray::cli::run()
+}

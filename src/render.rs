@@ -81,19 +81,14 @@ pub fn render<G: Geometry>(
         spp: settings.spp,
         cancel: control.cancel,
     };
-    let threads = ThreadPoolBuilder::new()
-        .num_threads(control.threads)
-        .build()?;
+    let threads = ThreadPoolBuilder::new().num_threads(control.threads).build()?;
     let tiles: Vec<Window> = film.window().tiles(TILE_SIDE).collect();
     let image = Mutex::new(film.image());
     let (done, total) = (AtomicU64::new(0), film.window().pixels() as u64);
 
     let render_tile = |tile: Window| -> Result<RenderStatistics, RenderError> {
         let (pixels, statistics) = renderer.tile(tile)?;
-        image
-            .lock()
-            .expect("another tile's panic ends the render")
-            .put_tile(tile, &pixels);
+        image.lock().expect("another tile's panic ends the render").put_tile(tile, &pixels);
         let tile = tile.pixels() as u64;
         (control.progress)(done.fetch_add(tile, Ordering::Relaxed) + tile, total);
         Ok(statistics)
@@ -102,12 +97,8 @@ pub fn render<G: Geometry>(
         a += b;
         Ok(a)
     };
-    let statistics = threads.install(|| {
-        tiles
-            .into_par_iter()
-            .map(render_tile)
-            .try_reduce(RenderStatistics::default, sum)
-    });
+    let statistics =
+        threads.install(|| tiles.into_par_iter().map(render_tile).try_reduce(RenderStatistics::default, sum));
     let image = image.into_inner().expect("a panic has ended the render");
     Ok((image, statistics?))
 }
@@ -138,11 +129,7 @@ impl<G: Geometry> Renderer<'_, G> {
     }
 
     /// All samples of a pixel.
-    fn pixel(
-        &self,
-        place: [u32; 2],
-        statistics: &mut RenderStatistics,
-    ) -> Result<Pixel, RenderError> {
+    fn pixel(&self, place: [u32; 2], statistics: &mut RenderStatistics) -> Result<Pixel, RenderError> {
         let corner = DVec2::new(place[0].into(), place[1].into());
         let mut pixel = Pixel::default();
         for index in 0..self.spp {
@@ -151,9 +138,7 @@ impl<G: Geometry> Renderer<'_, G> {
             }
             let mut sampler = Sampler::new(self.seed, place, index);
             let ray = self.camera.ray(corner + sampler.next_2d());
-            let sample = self
-                .integrator
-                .sample(self.scene, ray, &mut sampler, statistics);
+            let sample = self.integrator.sample(self.scene, ray, &mut sampler, statistics);
             statistics.samples += 1;
             if !pixel.add(&sample) {
                 statistics.non_finite_samples += 1;

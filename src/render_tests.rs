@@ -11,10 +11,7 @@ use crate::shade::testing::{Shape, Shapes};
 use crate::shade::{CameraSettings, FovAxis, IntegratorKind, Light, LightSet, Material};
 use crate::trace::{Ray, SurfaceInteraction};
 
-const SPHERE: Shape = Shape::Sphere {
-    centre: DVec3::ZERO,
-    radius: 1.0,
-};
+const SPHERE: Shape = Shape::Sphere { centre: DVec3::ZERO, radius: 1.0 };
 
 /// A test scene; the camera sees 45 degrees from (0, -6, 3) towards the origin.
 struct Setup {
@@ -40,15 +37,8 @@ impl Setup {
                 fov: 45.0,
                 fov_axis: FovAxis::X,
             },
-            film: FilmSettings {
-                size: [3, 3],
-                filter: Filter::Box,
-                crop: None,
-            },
-            settings: RenderSettings {
-                aovs: vec![Aov::Variance],
-                ..RenderSettings::default()
-            },
+            film: FilmSettings { size: [3, 3], filter: Filter::Box, crop: None },
+            settings: RenderSettings { aovs: vec![Aov::Variance], ..RenderSettings::default() },
         }
     }
 
@@ -61,23 +51,11 @@ impl Setup {
         self.render_geometry(&geometry, threads)
     }
 
-    fn render_geometry<G: Geometry>(
-        &self,
-        geometry: &G,
-        threads: usize,
-    ) -> (Image, RenderStatistics) {
+    fn render_geometry<G: Geometry>(&self, geometry: &G, threads: usize) -> (Image, RenderStatistics) {
         let lights = LightSet::try_new(&self.lights).unwrap();
-        let scene = ShadingScene {
-            geometry,
-            object_materials: &self.materials,
-            lights: &lights,
-        };
+        let scene = ShadingScene { geometry, object_materials: &self.materials, lights: &lights };
         let camera = PerspectiveCamera::try_new(&self.camera, self.film.size).unwrap();
-        let control = RenderControl {
-            threads,
-            cancel: &AtomicBool::new(false),
-            progress: &|_, _| (),
-        };
+        let control = RenderControl { threads, cancel: &AtomicBool::new(false), progress: &|_, _| () };
         render(&scene, &camera, &self.film, &self.settings, &control).unwrap()
     }
 
@@ -96,16 +74,11 @@ impl Setup {
 }
 
 fn grey(reflectance: f64) -> Material {
-    Material::Diffuse {
-        reflectance: DVec3::splat(reflectance),
-        two_sided: true,
-    }
+    Material::Diffuse { reflectance: DVec3::splat(reflectance), two_sided: true }
 }
 
 fn sky(radiance: f64) -> Light {
-    Light::Constant {
-        radiance: DVec3::splat(radiance),
-    }
+    Light::Constant { radiance: DVec3::splat(radiance) }
 }
 
 /// The square `[-1, 1]²` at height z that shines downwards.
@@ -126,10 +99,7 @@ fn assert_pixel(image: &Image, pixel: usize, want: f64, sigmas: f64) {
     let got = value(image, "R", pixel);
     let sigma = value(image, "variance.R", pixel).sqrt();
     let bound = sigmas * sigma + 1e-6 * want;
-    assert!(
-        (got - want).abs() <= bound,
-        "pixel {pixel}: got {got}, want {want}, sigma {sigma}"
-    );
+    assert!((got - want).abs() <= bound, "pixel {pixel}: got {got}, want {want}, sigma {sigma}");
 }
 
 #[test]
@@ -137,11 +107,7 @@ fn white_furnace() {
     // a white body in white light cannot be told from its surroundings
     let corner = vec![
         Shape::floor(0.0),
-        Shape::Quad {
-            corner: DVec3::new(-4.0, 4.0, 0.0),
-            u: 8.0 * DVec3::X,
-            v: 8.0 * DVec3::Z,
-        },
+        Shape::Quad { corner: DVec3::new(-4.0, 4.0, 0.0), u: 8.0 * DVec3::X, v: 8.0 * DVec3::Z },
     ];
     for shapes in [vec![SPHERE], corner] {
         let mut setup = Setup::new(shapes, 1.0, vec![sky(1.0)]);
@@ -169,10 +135,7 @@ fn white_furnace() {
 fn point_light_on_a_floor() {
     // I · cos(θ) / r² · ρ / π, without any noise
     let light = DVec3::new(1.0, 0.5, 2.0);
-    let point = Light::Point {
-        position: light,
-        intensity: DVec3::splat(10.0),
-    };
+    let point = Light::Point { position: light, intensity: DVec3::splat(10.0) };
     let mut setup = Setup::new(vec![Shape::floor(0.0)], 0.6, vec![point]);
     setup.settings.spp = 4;
     let at = DVec3::new(-0.25, 0.75, 0.0);
@@ -183,10 +146,7 @@ fn point_light_on_a_floor() {
     let got = value(&setup.render(), "R", 0);
     assert!((got / want - 1.0).abs() < 1e-5, "got {got}, want {want}");
     // behind an object it is dark
-    setup.shapes.push(Shape::Sphere {
-        centre: at + 0.5 * way,
-        radius: 0.1,
-    });
+    setup.shapes.push(Shape::Sphere { centre: at + 0.5 * way, radius: 0.1 });
     setup.materials.push(grey(0.0));
     assert_eq!(value(&setup.render(), "R", 0), 0.0);
 }
@@ -215,11 +175,8 @@ fn rectangle_light_on_a_floor() {
 #[test]
 fn light_in_a_surfaces_plane_is_not_hidden() {
     // the ceiling's own surface lies where the light is: the margin of shadow rays lets it shine
-    let ceiling_shape = Shape::Quad {
-        corner: DVec3::new(-4.0, 4.0, 1.25),
-        u: 8.0 * DVec3::X,
-        v: -8.0 * DVec3::Y,
-    };
+    let ceiling_shape =
+        Shape::Quad { corner: DVec3::new(-4.0, 4.0, 1.25), u: 8.0 * DVec3::X, v: -8.0 * DVec3::Y };
     let setup = |shapes| {
         let mut setup = Setup::new(shapes, 0.7, vec![ceiling(1.25, 3.0)]);
         setup.settings.max_depth = 2;
@@ -229,27 +186,18 @@ fn light_in_a_surfaces_plane_is_not_hidden() {
     };
     let free = setup(vec![Shape::floor(0.0)]);
     let mounted = setup(vec![Shape::floor(0.0), ceiling_shape]);
-    assert!(
-        (mounted / free - 1.0).abs() < 1e-6,
-        "{mounted} instead of {free}"
-    );
+    assert!((mounted / free - 1.0).abs() < 1e-6, "{mounted} instead of {free}");
 }
 
 /// A sphere (0.5) above a floor (0.8, 0.6, 0.4) under a rectangle, a point and a constant light.
 fn all_lights() -> Setup {
     let lights = vec![
         ceiling(3.0, 10.0),
-        Light::Point {
-            position: DVec3::new(2.0, -3.0, 2.0),
-            intensity: DVec3::new(10.0, 5.0, 2.0),
-        },
+        Light::Point { position: DVec3::new(2.0, -3.0, 2.0), intensity: DVec3::new(10.0, 5.0, 2.0) },
         sky(0.3),
     ];
     let mut setup = Setup::new(vec![Shape::floor(-1.0), SPHERE], 0.5, lights);
-    setup.materials[0] = Material::Diffuse {
-        reflectance: DVec3::new(0.8, 0.6, 0.4),
-        two_sided: true,
-    };
+    setup.materials[0] = Material::Diffuse { reflectance: DVec3::new(0.8, 0.6, 0.4), two_sided: true };
     setup
 }
 
@@ -278,10 +226,7 @@ fn pictures_agree_with_mitsuba() {
         [0.548316, 0.365023, 0.224966],
         [0.728642, 0.474999, 0.288072],
     ];
-    let kinds = [
-        (IntegratorKind::Path, path),
-        (IntegratorKind::Direct, direct),
-    ];
+    let kinds = [(IntegratorKind::Path, path), (IntegratorKind::Direct, direct)];
     for (integrator, reference) in kinds {
         let mut setup = all_lights();
         setup.settings.integrator = integrator;
@@ -360,16 +305,10 @@ fn threads_do_not_change_a_bit() {
     setup.settings.aovs = Aov::ALL.to_vec();
     let one = setup.render_with(1);
     for threads in [2, 5] {
-        assert!(
-            setup.render_with(threads) == one,
-            "{threads} threads differ"
-        );
+        assert!(setup.render_with(threads) == one, "{threads} threads differ");
     }
     setup.settings.seed = 1;
-    assert!(
-        setup.render_with(1).0 != one.0,
-        "the seed decides the picture"
-    );
+    assert!(setup.render_with(1).0 != one.0, "the seed decides the picture");
 }
 
 #[test]
@@ -406,10 +345,7 @@ fn layers_show_the_first_hit() {
     assert!((got("depth.T") - 4.0).abs() < 1e-6);
     assert!((got("position.Z") - 1.0).abs() < 1e-6);
     assert!((got("normal.Z") - 1.0).abs() < 1e-6);
-    assert_eq!(
-        [got("object.I"), got("face.I"), got("patch.I")],
-        [0.0, 7.0, 9.0]
-    );
+    assert_eq!([got("object.I"), got("face.I"), got("patch.I")], [0.0, 7.0, 9.0]);
     assert_eq!(got("albedo.G"), 0.25);
     assert_eq!(got("uv.U"), 0.0, "no NaN in pictures");
     setup.shapes.clear();
@@ -422,10 +358,7 @@ fn layers_show_the_first_hit() {
 #[test]
 fn direction_on_screen() {
     // world +x is on the right, +z at the top
-    let ball = Shape::Sphere {
-        centre: DVec3::new(1.0, 0.0, 0.5),
-        radius: 0.3,
-    };
+    let ball = Shape::Sphere { centre: DVec3::new(1.0, 0.0, 0.5), radius: 0.3 };
     let mut setup = Setup::new(vec![ball], 0.0, vec![sky(1.0)]);
     setup.camera.origin = DVec3::new(0.0, -5.0, 0.0);
     setup.camera.fov = 40.0;
@@ -443,10 +376,7 @@ struct Broken;
 impl Geometry for Broken {
     fn closest_hit(&self, ray: &Ray) -> Option<SurfaceInteraction> {
         let hit = Shapes(vec![SPHERE]).closest_hit(ray)?;
-        Some(SurfaceInteraction {
-            normal: DVec3::NAN,
-            ..hit
-        })
+        Some(SurfaceInteraction { normal: DVec3::NAN, ..hit })
     }
 
     fn any_hit(&self, _ray: &Ray) -> bool {
@@ -471,16 +401,9 @@ fn rays_are_counted() {
     setup.look_down(DVec3::ZERO, 4.0);
     setup.settings.spp = 100;
     let (_, statistics) = setup.render_with(1);
-    assert_eq!(
-        statistics.rays, 200,
-        "one from the camera, one from the sphere"
-    );
+    assert_eq!(statistics.rays, 200, "one from the camera, one from the sphere");
     // half the sky's samples are below the horizon and need no ray
-    assert!(
-        (20..80).contains(&statistics.shadow_rays),
-        "{}",
-        statistics.shadow_rays
-    );
+    assert!((20..80).contains(&statistics.shadow_rays), "{}", statistics.shadow_rays);
 }
 
 #[test]
@@ -490,11 +413,7 @@ fn renders_can_be_watched_and_stopped() {
     setup.settings.spp = 1;
     let geometry = Shapes(setup.shapes.clone());
     let lights = LightSet::try_new(&setup.lights).unwrap();
-    let scene = ShadingScene {
-        geometry: &geometry,
-        object_materials: &setup.materials,
-        lights: &lights,
-    };
+    let scene = ShadingScene { geometry: &geometry, object_materials: &setup.materials, lights: &lights };
     let camera = PerspectiveCamera::try_new(&setup.camera, setup.film.size).unwrap();
     let run = |stop_at: u64| {
         let cancel = AtomicBool::new(false);
@@ -506,11 +425,7 @@ fn renders_can_be_watched_and_stopped() {
                 cancel.store(true, Ordering::Relaxed);
             }
         };
-        let control = RenderControl {
-            threads: 1,
-            cancel: &cancel,
-            progress: &progress,
-        };
+        let control = RenderControl { threads: 1, cancel: &cancel, progress: &progress };
         let result = render(&scene, &camera, &setup.film, &setup.settings, &control);
         (result, most.load(Ordering::Relaxed))
     };

@@ -11,7 +11,7 @@ use exr::prelude::WritableImage;
 use glam::DMat4;
 
 use super::image::Image;
-use super::output::{OutputError, write_whole};
+use crate::output::{OutputError, write_whole};
 
 /// What the file's header says of how the picture was made.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,10 +38,7 @@ pub struct ExrHeader {
 /// # Errors
 /// If the file cannot be written; nothing is left half-written then.
 pub fn write_exr(path: &Path, image: &Image, header: &ExrHeader) -> Result<(), OutputError> {
-    let bytes = encode(image, header).map_err(|reason| OutputError::Encode {
-        path: path.into(),
-        reason,
-    })?;
+    let bytes = encode(image, header).map_err(|reason| OutputError::Encode { path: path.into(), reason })?;
     write_whole(path, &bytes)
 }
 
@@ -89,27 +86,19 @@ fn layer_attributes(image: &Image, header: &ExrHeader) -> Result<LayerAttributes
         ..LayerAttributes::default()
     };
     let own = [
-        (
-            "version",
-            AttributeValue::Text(text(env!("CARGO_PKG_VERSION"))),
-        ),
+        ("version", AttributeValue::Text(text(env!("CARGO_PKG_VERSION")))),
         ("sceneHash", AttributeValue::Text(text(&header.scene_hash))),
         ("seed", AttributeValue::Text(text(&header.seed.to_string()))),
         ("spp", AttributeValue::I32(signed(header.spp)?)),
         ("settings", AttributeValue::Text(text(&header.settings))),
     ];
     for (name, value) in own {
-        attributes
-            .other
-            .insert(text(&format!("trimray/{name}")), value);
+        attributes.other.insert(text(&format!("trimray/{name}")), value);
     }
     Ok(attributes)
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "the attribute is a 32-bit float"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "the attribute is a 32-bit float")]
 const fn to_f32(value: f64) -> f32 {
     value as f32
 }
@@ -139,10 +128,7 @@ fn sort_attributes(mut file: Vec<u8>) -> Option<Vec<u8>> {
         at = end;
     }
     attributes.sort();
-    let sorted: Vec<u8> = attributes
-        .into_iter()
-        .flat_map(|(_, bytes)| bytes)
-        .collect();
+    let sorted: Vec<u8> = attributes.into_iter().flat_map(|(_, bytes)| bytes).collect();
     file.get_mut(START..at)?.copy_from_slice(&sorted);
     Some(file)
 }
@@ -164,11 +150,7 @@ mod tests {
     use crate::film::{Aov, Film, FilmSettings};
 
     fn picture() -> Image {
-        let settings = FilmSettings {
-            size: [40, 30],
-            crop: Some([7, 11, 5, 3]),
-            ..FilmSettings::default()
-        };
+        let settings = FilmSettings { size: [40, 30], crop: Some([7, 11, 5, 3]), ..FilmSettings::default() };
         let film = Film::try_new(&settings, &Aov::ALL).unwrap();
         let mut image = film.image();
         let count = image.channels().len();
@@ -205,23 +187,13 @@ mod tests {
         assert_eq!(channels.len(), image.channels().len());
         for channel in channels {
             let name = channel.name.to_string();
-            let want = image
-                .channel(&name)
-                .expect("no channel that was not asked for");
+            let want = image.channel(&name).expect("no channel that was not asked for");
             let FlatSamples::F32(got) = &channel.sample_data else {
                 panic!("{name} is not 32-bit float");
             };
             assert_eq!(got, want, "{name}");
         }
-        for name in [
-            "R",
-            "A",
-            "depth.T",
-            "st.S",
-            "object.I",
-            "variance.B",
-            "geo_normal.Z",
-        ] {
+        for name in ["R", "A", "depth.T", "st.S", "object.I", "variance.B", "geo_normal.Z"] {
             assert!(channels.iter().any(|c| c.name.eq(name)), "{name}");
         }
     }
@@ -237,31 +209,16 @@ mod tests {
         assert_eq!(part.data_window(), IntegerBounds::new((7, 11), (5, 3)));
         assert_eq!(shared.chromaticities, Some(REC_709));
         let own = &part.own_attributes;
-        assert!(
-            own.software_name
-                .as_ref()
-                .unwrap()
-                .to_string()
-                .starts_with("trimray ")
-        );
+        assert!(own.software_name.as_ref().unwrap().to_string().starts_with("trimray "));
         let matrix = own.world_to_camera.unwrap();
         assert_eq!(matrix[12..], [1.0, 2.0, 3.0, 1.0], "row vectors");
         assert_eq!(own.screen_window_width, 0.75);
         let want = [
-            (
-                "trimray/version",
-                AttributeValue::Text(text(env!("CARGO_PKG_VERSION"))),
-            ),
+            ("trimray/version", AttributeValue::Text(text(env!("CARGO_PKG_VERSION")))),
             ("trimray/sceneHash", AttributeValue::Text(text("abc"))),
-            (
-                "trimray/seed",
-                AttributeValue::Text(text("18446744073709551615")),
-            ),
+            ("trimray/seed", AttributeValue::Text(text("18446744073709551615"))),
             ("trimray/spp", AttributeValue::I32(64)),
-            (
-                "trimray/settings",
-                AttributeValue::Text(text(&header().settings)),
-            ),
+            ("trimray/settings", AttributeValue::Text(text(&header().settings))),
         ];
         for (name, value) in want {
             assert_eq!(own.other.get(&text(name)), Some(&value), "{name}");

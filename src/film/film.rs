@@ -58,16 +58,7 @@ impl Film {
                 once.push(*aov);
             }
         }
-        Ok(Self {
-            size,
-            window: Window {
-                x,
-                y,
-                width,
-                height,
-            },
-            aovs: once,
-        })
+        Ok(Self { size, window: Window { x, y, width, height }, aovs: once })
     }
 
     /// The pixels to render: the crop.
@@ -98,10 +89,7 @@ impl Film {
 }
 
 /// The nearest 32-bit float; beyond the greatest one, that.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "pictures are 32-bit; the rounding is meant"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "pictures are 32-bit; the rounding is meant")]
 fn to_f32(value: f64) -> f32 {
     value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
 }
@@ -124,11 +112,7 @@ impl Pixel {
     /// finite.
     pub fn add(&mut self, sample: &Sample) -> bool {
         // NaN fails this too
-        let finite = sample
-            .radiance
-            .abs()
-            .cmple(DVec3::splat(f32::MAX.into()))
-            .all();
+        let finite = sample.radiance.abs().cmple(DVec3::splat(f32::MAX.into())).all();
         let radiance = if finite { sample.radiance } else { DVec3::ZERO };
         self.count += 1;
         let before = radiance - self.mean;
@@ -174,18 +158,10 @@ mod tests {
             uv: DVec2::NAN,
             st: DVec2::new(0.25, 0.75),
             rest: DVec3::NEG_ONE,
-            ids: Some(SurfaceIds {
-                object,
-                face: 2,
-                patch: 3,
-            }),
+            ids: Some(SurfaceIds { object, face: 2, patch: 3 }),
             albedo: DVec3::splat(0.5),
         });
-        Sample {
-            radiance,
-            alpha: f64::from(u8::from(object.is_some())),
-            first_hit,
-        }
+        Sample { radiance, alpha: f64::from(u8::from(object.is_some())), first_hit }
     }
 
     fn develop(aovs: &[Aov], samples: &[Sample]) -> Vec<f32> {
@@ -215,11 +191,7 @@ mod tests {
 
     #[test]
     fn layers_are_the_first_hits() {
-        let samples = [
-            sample(DVec3::ZERO, None),
-            sample(DVec3::ZERO, Some(4)),
-            sample(DVec3::ZERO, Some(5)),
-        ];
+        let samples = [sample(DVec3::ZERO, None), sample(DVec3::ZERO, Some(4)), sample(DVec3::ZERO, Some(5))];
         let got = develop(&Aov::ALL, &samples);
         #[rustfmt::skip]
         let want = [
@@ -237,10 +209,7 @@ mod tests {
         let mut pixel = Pixel::default();
         assert!(pixel.add(&sample(DVec3::ONE, None)));
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e39] {
-            assert!(
-                !pixel.add(&sample(DVec3::new(1.0, bad, 1.0), None)),
-                "{bad}"
-            );
+            assert!(!pixel.add(&sample(DVec3::new(1.0, bad, 1.0), None)), "{bad}");
         }
         assert_eq!(pixel.count, 5);
         assert!((pixel.mean - DVec3::splat(0.2)).abs().max_element() < 1e-15);
@@ -250,26 +219,14 @@ mod tests {
     fn crops_must_lie_within() {
         let size = [8, 6];
         let film = |crop| {
-            let settings = FilmSettings {
-                size,
-                crop: Some(crop),
-                ..FilmSettings::default()
-            };
+            let settings = FilmSettings { size, crop: Some(crop), ..FilmSettings::default() };
             Film::try_new(&settings, &[])
         };
         assert!(film([0, 0, 8, 6]).is_ok() && film([7, 5, 1, 1]).is_ok());
-        for crop in [
-            [0, 0, 9, 6],
-            [7, 0, 2, 1],
-            [0, 0, 0, 1],
-            [u32::MAX, 0, 2, 1],
-        ] {
+        for crop in [[0, 0, 9, 6], [7, 0, 2, 1], [0, 0, 0, 1], [u32::MAX, 0, 2, 1]] {
             assert_eq!(film(crop), Err(FilmError::Crop { crop, size }));
         }
-        let empty = FilmSettings {
-            size: [0, 6],
-            ..FilmSettings::default()
-        };
+        let empty = FilmSettings { size: [0, 6], ..FilmSettings::default() };
         assert_eq!(Film::try_new(&empty, &[]), Err(FilmError::EmptyFrame(0, 6)));
     }
 }

@@ -54,15 +54,8 @@ pub struct Image {
 impl Image {
     /// A black picture: `data_window` of a full frame of `display_size` pixels.
     pub fn new(display_size: [u32; 2], data_window: Window, names: &[String]) -> Self {
-        let channel = |name: &String| Channel {
-            name: name.clone(),
-            values: vec![0.0; data_window.pixels()],
-        };
-        Self {
-            display_size,
-            data_window,
-            channels: names.iter().map(channel).collect(),
-        }
+        let channel = |name: &String| Channel { name: name.clone(), values: vec![0.0; data_window.pixels()] };
+        Self { display_size, data_window, channels: names.iter().map(channel).collect() }
     }
 
     /// Width and height of the full frame (OpenEXR's display window, which starts at 0, 0).
@@ -92,11 +85,7 @@ impl Image {
     /// If the tile is not within the data window, or `pixels` is of another length.
     pub fn put_tile(&mut self, tile: Window, pixels: &[f32]) {
         let count = self.channels.len();
-        assert_eq!(
-            pixels.len(),
-            tile.pixels() * count,
-            "one number per channel and pixel"
-        );
+        assert_eq!(pixels.len(), tile.pixels() * count, "one number per channel and pixel");
         let (left, top) = (tile.x - self.data_window.x, tile.y - self.data_window.y);
         let (stride, width) = (self.data_window.width as usize, tile.width as usize);
         for (c, channel) in self.channels.iter_mut().enumerate() {
@@ -117,12 +106,7 @@ mod tests {
 
     #[test]
     fn tiles_cover_the_window_once() {
-        let window = Window {
-            x: 3,
-            y: 5,
-            width: 37,
-            height: 20,
-        };
+        let window = Window { x: 3, y: 5, width: 37, height: 20 };
         let names = ["x".to_owned(), "y".to_owned()];
         let mut image = Image::new([100, 100], window, &names);
         let mut pixels = 0;
@@ -137,11 +121,7 @@ mod tests {
         assert_eq!(pixels, window.pixels());
         let (x, y) = (image.channel("x").unwrap(), image.channel("y").unwrap());
         for i in 0..window.pixels() {
-            assert_eq!(
-                (x[i], y[i]),
-                ((3 + i % 37) as f32, (5 + i / 37) as f32),
-                "pixel {i}"
-            );
+            assert_eq!((x[i], y[i]), ((3 + i % 37) as f32, (5 + i / 37) as f32), "pixel {i}");
         }
         assert_eq!(image.channel("z"), None);
     }

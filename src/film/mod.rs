@@ -2,13 +2,9 @@
 
 mod aov;
 mod exr_file;
-#[expect(
-    clippy::module_inception,
-    reason = "the film is one concept among several of this stage"
-)]
+#[expect(clippy::module_inception, reason = "the film is one concept among several of this stage")]
 mod film;
 mod image;
-mod output;
 mod png_file;
 mod sample;
 mod settings;
@@ -16,7 +12,6 @@ mod settings;
 pub use self::image::{Channel, Image, Window};
 pub use exr_file::{ExrHeader, write_exr};
 pub use film::{Film, FilmError, Pixel};
-pub use output::{OutputError, check_writable};
 pub use png_file::write_png;
 pub use sample::{FirstHit, Sample, SurfaceIds};
 pub use settings::{Aov, FilmSettings, Filter};

@@ -55,6 +55,31 @@ pub struct TrimmedPatch {
     pub boundary_error: f64,
 }
 
+impl TrimmedPatch {
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(self.patch.control_points()) + self.trim.bytes()
+    }
+
+    /// Lowest and highest corner of a box that holds the trimmed surface: the control points of those parts of a
+    /// 4 × 4 grid that the trim reaches.
+    pub fn trimmed_bounds(&self) -> [DVec3; 2] {
+        const GRID: u32 = 4;
+        let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        for i in 0..GRID {
+            for j in 0..GRID {
+                let low = DVec2::new(f64::from(i), f64::from(j)) / f64::from(GRID);
+                let high = DVec2::new(f64::from(i + 1), f64::from(j + 1)) / f64::from(GRID);
+                if self.trim.reaches(low, high) {
+                    let [a, b] = self.patch.subpatch(low, high).hull_bounds();
+                    bounds = [bounds[0].min(a), bounds[1].max(b)];
+                }
+            }
+        }
+        bounds
+    }
+}
+
 /// The patches of one object.
 #[derive(Clone, Debug, Default)]
 pub struct DeformedPolygons {

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::math::polygon;
+use crate::math::polygon::{self, Side};
 
 /// One convex sub-polygon in a patch's parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,9 +41,32 @@ impl TrimRegion {
         &self.corners[trim_loop.start as usize..trim_loop.end as usize]
     }
 
+    /// Memory of corners and loops in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.corners) + size_of_val(&*self.loops)
+    }
+
     /// Lowest and highest corner of the bounding rectangle.
     pub(crate) fn bounds(&self) -> [DVec2; 2] {
         polygon::bounds(&self.corners)
+    }
+
+    /// Whether any loop has a point in the closed rectangle `[low, high]`.
+    pub(crate) fn reaches(&self, low: DVec2, high: DVec2) -> bool {
+        let mut kept = Vec::new();
+        self.loops.iter().any(|trim_loop| {
+            let mut corners = self.corners(trim_loop).to_vec();
+            for (axis, value, side) in [
+                (0, low.x, Side::Above),
+                (0, high.x, Side::Below),
+                (1, low.y, Side::Above),
+                (1, high.y, Side::Below),
+            ] {
+                polygon::clip(&corners, axis, value, side, &mut kept);
+                std::mem::swap(&mut corners, &mut kept);
+            }
+            !corners.is_empty()
+        })
     }
 
     /// The loop a point belongs to, if any.

@@ -1,15 +1,19 @@
 //! Scene files: TOML to plain data, plain data to a scene ready to trace.
 
+mod build;
 mod description;
 mod diagnostic;
 mod film_area;
+mod lattice_file;
 mod names;
 mod parse;
 mod reader;
 mod source;
 mod transform;
 mod unavailable;
+mod uvs;
 
+pub use build::{BuiltObject, BuiltScene, SceneTimes};
 pub use description::{
     Edit, FfdDescription, Method, MoveTo, NamedMaterial, ObjectDescription, Outside, SceneDescription,
 };

@@ -75,9 +75,7 @@ impl PerspectiveCamera {
     /// # Errors
     /// Where origin, target, up, field of view or size determine no picture.
     pub fn try_new(settings: &CameraSettings, size: [u32; 2]) -> Result<Self, CameraError> {
-        let forward = (settings.target - settings.origin)
-            .try_normalize()
-            .ok_or(CameraError::NoDirection)?;
+        let forward = (settings.target - settings.origin).try_normalize().ok_or(CameraError::NoDirection)?;
         let right = settings
             .up
             .try_normalize()
@@ -105,8 +103,7 @@ impl PerspectiveCamera {
         // [-1, 1]² over the film, y upwards
         let x = 2.0 * pixel.x / self.size.x - 1.0;
         let y = 1.0 - 2.0 * pixel.y / self.size.y;
-        let direction =
-            self.forward + x * self.half_extent.x * self.right + y * self.half_extent.y * self.up;
+        let direction = self.forward + x * self.half_extent.x * self.right + y * self.half_extent.y * self.up;
         Ray::new(self.origin, direction.normalize())
     }
 
@@ -157,41 +154,18 @@ mod tests {
     fn rays_agree_with_mitsuba() {
         // direction through the top left corner, printed by Mitsuba 3.9.1 for 16x12 and 12x16
         let cases = [
-            (
-                FovAxis::X,
-                [-0.331294, 0.910223, 0.248471],
-                [-0.31119, 0.854987, 0.41492],
-            ),
-            (
-                FovAxis::Y,
-                [-0.41492, 0.854987, 0.31119],
-                [-0.248471, 0.910223, 0.331294],
-            ),
-            (
-                FovAxis::Diagonal,
-                [-0.273616, 0.939693, 0.205212],
-                [-0.205212, 0.939693, 0.273616],
-            ),
-            (
-                FovAxis::Smaller,
-                [-0.41492, 0.854987, 0.31119],
-                [-0.31119, 0.854987, 0.41492],
-            ),
-            (
-                FovAxis::Larger,
-                [-0.331294, 0.910223, 0.248471],
-                [-0.248471, 0.910223, 0.331294],
-            ),
+            (FovAxis::X, [-0.331294, 0.910223, 0.248471], [-0.31119, 0.854987, 0.41492]),
+            (FovAxis::Y, [-0.41492, 0.854987, 0.31119], [-0.248471, 0.910223, 0.331294]),
+            (FovAxis::Diagonal, [-0.273616, 0.939693, 0.205212], [-0.205212, 0.939693, 0.273616]),
+            (FovAxis::Smaller, [-0.41492, 0.854987, 0.31119], [-0.31119, 0.854987, 0.41492]),
+            (FovAxis::Larger, [-0.331294, 0.910223, 0.248471], [-0.248471, 0.910223, 0.331294]),
         ];
         for (axis, landscape, portrait) in cases {
             for (size, want) in [([16, 12], landscape), ([12, 16], portrait)] {
                 let camera = PerspectiveCamera::try_new(&settings(axis), size).unwrap();
                 let got = camera.ray(DVec2::ZERO).direction;
                 let want = DVec3::from_array(want);
-                assert!(
-                    got.distance(want) < 2e-6,
-                    "{axis:?} {size:?}: got {got}, want {want}"
-                );
+                assert!(got.distance(want) < 2e-6, "{axis:?} {size:?}: got {got}, want {want}");
             }
         }
     }
@@ -202,14 +176,8 @@ mod tests {
         let centre = camera.ray(DVec2::new(8.0, 6.0));
         assert_eq!(centre.direction, DVec3::Y);
         assert_eq!(centre.origin, DVec3::new(0.0, -5.0, 0.0));
-        assert!(
-            camera.ray(DVec2::new(12.0, 6.0)).direction.x > 0.0,
-            "+x is on the right"
-        );
-        assert!(
-            camera.ray(DVec2::new(8.0, 3.0)).direction.z > 0.0,
-            "+z is up"
-        );
+        assert!(camera.ray(DVec2::new(12.0, 6.0)).direction.x > 0.0, "+x is on the right");
+        assert!(camera.ray(DVec2::new(8.0, 3.0)).direction.z > 0.0, "+z is up");
     }
 
     #[test]
@@ -242,17 +210,11 @@ mod tests {
             PerspectiveCamera::try_new(&bad, [4, 4])
         };
         assert_eq!(with(|c| c.target = c.origin), Err(CameraError::NoDirection));
-        assert_eq!(
-            with(|c| c.target.x = f64::NAN),
-            Err(CameraError::NoDirection)
-        );
+        assert_eq!(with(|c| c.target.x = f64::NAN), Err(CameraError::NoDirection));
         assert_eq!(with(|c| c.up = DVec3::NEG_Y), Err(CameraError::NoUp));
         assert_eq!(with(|c| c.up = DVec3::ZERO), Err(CameraError::NoUp));
         assert_eq!(with(|c| c.fov = 180.0), Err(CameraError::Fov(180.0)));
-        assert!(matches!(
-            with(|c| c.fov = f64::NAN),
-            Err(CameraError::Fov(_))
-        ));
+        assert!(matches!(with(|c| c.fov = f64::NAN), Err(CameraError::Fov(_))));
         let empty = PerspectiveCamera::try_new(&good, [0, 4]);
         assert_eq!(empty, Err(CameraError::EmptyFilm(0, 4)));
     }

@@ -4,8 +4,8 @@ use glam::{DAffine3, DVec2, DVec3};
 use thiserror::Error;
 
 use super::rectangle::{Rectangle, RectangleHit};
-use super::spawn::gamma;
 use super::warp;
+use crate::math::rounding::gamma;
 use crate::trace::Ray;
 
 /// A light as the scene file gives it; colours are linear RGB.
@@ -36,9 +36,7 @@ pub enum Light {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum LightError {
     /// As in Mitsuba, one light at most may surround the scene.
-    #[error(
-        "lights {first} and {second} both surround the scene; only one constant light is possible"
-    )]
+    #[error("lights {first} and {second} both surround the scene; only one constant light is possible")]
     TwoEnvironments {
         /// Index of the light that comes first.
         first: usize,
@@ -118,24 +116,16 @@ impl LightSet {
             set.emitters.push(match settings {
                 Light::Constant { radiance } => {
                     if let Some(first) = surrounds.replace(light) {
-                        return Err(LightError::TwoEnvironments {
-                            first,
-                            second: light,
-                        });
+                        return Err(LightError::TwoEnvironments { first, second: light });
                     }
                     set.environment = Some(*radiance);
                     Emitter::Constant(*radiance)
                 }
-                Light::Point {
-                    position,
-                    intensity,
-                } => Emitter::Point {
-                    position: *position,
-                    intensity: *intensity,
-                },
+                Light::Point { position, intensity } => {
+                    Emitter::Point { position: *position, intensity: *intensity }
+                }
                 Light::Rectangle { to_world, radiance } => Emitter::Rectangle {
-                    shape: Rectangle::try_new(to_world)
-                        .ok_or(LightError::FlatRectangle { light })?,
+                    shape: Rectangle::try_new(to_world).ok_or(LightError::FlatRectangle { light })?,
                     radiance: *radiance,
                 },
             });
@@ -167,19 +157,10 @@ impl LightSet {
                 pdf: warp::UNIFORM_SPHERE_PDF,
                 is_delta: false,
             }),
-            Emitter::Point {
-                position,
-                intensity,
-            } => sample_point(from, *position, *intensity),
-            Emitter::Rectangle { shape, radiance } => {
-                sample_rectangle(from, shape, *radiance, light, u)
-            }
+            Emitter::Point { position, intensity } => sample_point(from, *position, *intensity),
+            Emitter::Rectangle { shape, radiance } => sample_rectangle(from, shape, *radiance, light, u),
         }?;
-        Some(LightSample {
-            weight: sample.weight * count,
-            pdf: sample.pdf / count,
-            ..sample
-        })
+        Some(LightSample { weight: sample.weight * count, pdf: sample.pdf / count, ..sample })
     }
 
     /// Density of [`Self::sample`] for a direction that meets no surface.
@@ -203,9 +184,7 @@ impl LightSet {
     /// Radiance that a rectangle light sends back along the ray; its back is black.
     pub fn hit_radiance(&self, ray: &Ray, hit: &LightHit) -> DVec3 {
         match &self.emitters[hit.light] {
-            Emitter::Rectangle { radiance, .. } if ray.direction.dot(hit.hit.normal) < 0.0 => {
-                *radiance
-            }
+            Emitter::Rectangle { radiance, .. } if ray.direction.dot(hit.hit.normal) < 0.0 => *radiance,
             _ => DVec3::ZERO,
         }
     }
@@ -300,12 +279,7 @@ mod tests {
 
     #[test]
     fn densities_of_samples_and_hits_agree() {
-        let lights = [
-            square(1.5),
-            Light::Constant {
-                radiance: DVec3::ONE,
-            },
-        ];
+        let lights = [square(1.5), Light::Constant { radiance: DVec3::ONE }];
         let set = LightSet::try_new(&lights).unwrap();
         let from = DVec3::new(0.3, -0.2, 0.1);
         let mut seen = [0; 2];
@@ -317,11 +291,7 @@ mod tests {
             if sample.end.is_some() {
                 let hit = set.closest_hit(&ray).expect("samples lie on the rectangle");
                 let pdf = set.hit_pdf(&ray, &hit);
-                assert!(
-                    (pdf / sample.pdf - 1.0).abs() < 1e-12,
-                    "{pdf} {}",
-                    sample.pdf
-                );
+                assert!((pdf / sample.pdf - 1.0).abs() < 1e-12, "{pdf} {}", sample.pdf);
                 assert_eq!(set.hit_radiance(&ray, &hit), DVec3::splat(2.0));
                 assert!(set.blocks(&ray, None) && !set.blocks(&ray, Some(0)));
                 seen[0] += 1;
@@ -330,10 +300,7 @@ mod tests {
                 seen[1] += 1;
             }
         }
-        assert!(
-            seen.iter().all(|n| (400..600).contains(n)),
-            "chosen {seen:?}"
-        );
+        assert!(seen.iter().all(|n| (400..600).contains(n)), "chosen {seen:?}");
     }
 
     #[test]
@@ -362,26 +329,15 @@ mod tests {
 
     #[test]
     fn unusable_lights_are_refused() {
-        let sky = Light::Constant {
-            radiance: DVec3::ONE,
-        };
+        let sky = Light::Constant { radiance: DVec3::ONE };
         let two = LightSet::try_new(&[sky, square(1.0), sky]);
-        let want = LightError::TwoEnvironments {
-            first: 0,
-            second: 2,
-        };
+        let want = LightError::TwoEnvironments { first: 0, second: 2 };
         assert_eq!(two, Err(want));
         let flat = Light::Rectangle {
             to_world: DAffine3::from_scale(DVec3::new(0.0, 1.0, 1.0)),
             radiance: DVec3::ONE,
         };
-        assert_eq!(
-            LightSet::try_new(&[flat]),
-            Err(LightError::FlatRectangle { light: 0 })
-        );
-        assert_eq!(
-            LightSet::default().sample(DVec3::ZERO, 0.0, DVec2::ZERO),
-            None
-        );
+        assert_eq!(LightSet::try_new(&[flat]), Err(LightError::FlatRectangle { light: 0 }));
+        assert_eq!(LightSet::default().sample(DVec3::ZERO, 0.0, DVec2::ZERO), None);
     }
 }

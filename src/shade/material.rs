@@ -35,10 +35,7 @@ pub struct BsdfValue {
 
 impl BsdfValue {
     /// No light goes this way, and no sample does.
-    pub const BLACK: Self = Self {
-        value: DVec3::ZERO,
-        pdf: 0.0,
-    };
+    pub const BLACK: Self = Self { value: DVec3::ZERO, pdf: 0.0 };
 }
 
 /// A direction drawn by a material.
@@ -90,11 +87,7 @@ impl Material {
         // the density of the direction as it came out, so that `eval` gives the same
         let pdf = warp::cosine_hemisphere_pdf(side.dot(to_light));
         let Self::Diffuse { reflectance, .. } = self;
-        (pdf > 0.0).then_some(BsdfSample {
-            to_light,
-            weight: *reflectance,
-            pdf,
-        })
+        (pdf > 0.0).then_some(BsdfSample { to_light, weight: *reflectance, pdf })
     }
 
     /// The normal on the side that reflects towards the viewer; none where it is black.
@@ -117,10 +110,7 @@ mod tests {
     use crate::shade::Sampler;
 
     fn clay(two_sided: bool) -> Material {
-        Material::Diffuse {
-            reflectance: DVec3::new(0.6, 0.5, 0.4),
-            two_sided,
-        }
+        Material::Diffuse { reflectance: DVec3::new(0.6, 0.5, 0.4), two_sided }
     }
 
     #[test]
@@ -133,9 +123,7 @@ mod tests {
             let sample = clay(true).sample(normal, viewer, u).unwrap();
             let value = clay(true).eval(normal, viewer, sample.to_light);
             assert_eq!(value.pdf, sample.pdf);
-            let off = (value.value / value.pdf - sample.weight)
-                .abs()
-                .max_element();
+            let off = (value.value / value.pdf - sample.weight).abs().max_element();
             assert!(off < 1e-14, "sample {i}: off by {off:e}");
             let same_side = normal.dot(viewer) * normal.dot(sample.to_light);
             assert!(same_side > 0.0, "sample {i} went through the surface");
@@ -156,9 +144,6 @@ mod tests {
         }
         assert_eq!(clay(true).eval(DVec3::Z, below, below).value, lit);
         assert_eq!(clay(false).eval(DVec3::Z, below, below), BsdfValue::BLACK);
-        assert_eq!(
-            clay(true).sample(DVec3::Z, DVec3::X, DVec2::splat(0.3)),
-            None
-        );
+        assert_eq!(clay(true).sample(DVec3::Z, DVec3::X, DVec2::splat(0.3)), None);
     }
 }

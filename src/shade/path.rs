@@ -52,12 +52,9 @@ impl PathIntegrator {
                 hide_emitters,
                 environment_covers: !hide_emitters,
             },
-            IntegratorKind::Direct => Self {
-                max_depth: Some(2),
-                rr_depth: None,
-                hide_emitters,
-                environment_covers: false,
-            },
+            IntegratorKind::Direct => {
+                Self { max_depth: Some(2), rr_depth: None, hide_emitters, environment_covers: false }
+            }
         }
     }
 
@@ -82,11 +79,7 @@ impl PathIntegrator {
             alpha: self.alpha(scene, hit.as_ref()),
             first_hit: hit.map(|hit| first_hit(scene, &ray, &hit)),
         };
-        let mut walk = Walk {
-            radiance: DVec3::ZERO,
-            throughput: DVec3::ONE,
-            pdf: None,
-        };
+        let mut walk = Walk { radiance: DVec3::ZERO, throughput: DVec3::ONE, pdf: None };
         let mut depth = 1;
         while self.reaches(depth) {
             let surface = match hit {
@@ -106,8 +99,7 @@ impl PathIntegrator {
             if !self.reaches(depth) {
                 break;
             }
-            let Some(next) = walk.scatter(scene, &surface, -ray.direction, sampler, statistics)
-            else {
+            let Some(next) = walk.scatter(scene, &surface, -ray.direction, sampler, statistics) else {
                 break;
             };
             let lucky = sampler.next_1d();
@@ -181,11 +173,7 @@ impl Walk {
         if let Some(light) = scene.lights.sample(surface.position, choice, u) {
             let bsdf = material.eval(surface.normal, to_viewer, light.direction);
             if bsdf.value != DVec3::ZERO && scene.is_lit(surface, &light, statistics) {
-                let weight = if light.is_delta {
-                    1.0
-                } else {
-                    mis_weight(light.pdf, bsdf.pdf)
-                };
+                let weight = if light.is_delta { 1.0 } else { mis_weight(light.pdf, bsdf.pdf) };
                 self.radiance += weight * self.throughput * bsdf.value * light.weight;
             }
         }
@@ -229,11 +217,7 @@ fn first_hit<G: Geometry>(scene: &ShadingScene<'_, G>, ray: &Ray, hit: &SceneHit
             uv: surface.uv,
             st: surface.st,
             rest: surface.rest,
-            ids: Some(SurfaceIds {
-                object: surface.object,
-                face: surface.face,
-                patch: surface.patch,
-            }),
+            ids: Some(SurfaceIds { object: surface.object, face: surface.face, patch: surface.patch }),
             albedo: scene.material(surface).albedo(),
         },
         SceneHit::Light(light) => FirstHit {

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::spawn::gamma;
+use crate::math::rounding::gamma;
 use crate::trace::Ray;
 
 /// The square `[-1, 1]²` of z = 0 placed in the world, as Mitsuba's `rectangle`.
@@ -43,11 +43,7 @@ impl Rectangle {
     pub fn try_new(to_world: &DAffine3) -> Option<Self> {
         let (half_u, half_v) = (to_world.matrix3.x_axis, to_world.matrix3.y_axis);
         let cross = half_u.cross(half_v);
-        let side = if cross.dot(to_world.matrix3.z_axis) < 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
+        let side = if cross.dot(to_world.matrix3.z_axis) < 0.0 { -1.0 } else { 1.0 };
         let rectangle = Self {
             centre: to_world.translation,
             half_u,
@@ -97,10 +93,9 @@ impl Rectangle {
         let position = ray.at(t);
         let from_centre = position - self.centre;
         let cross = self.half_u.cross(self.half_v);
-        let local = DVec2::new(
-            from_centre.cross(self.half_v).dot(cross),
-            self.half_u.cross(from_centre).dot(cross),
-        ) / cross.length_squared();
+        let local =
+            DVec2::new(from_centre.cross(self.half_v).dot(cross), self.half_u.cross(from_centre).dot(cross))
+                / cross.length_squared();
         (local.x.abs() <= 1.0 && local.y.abs() <= 1.0).then_some(RectangleHit {
             t,
             position,
@@ -135,11 +130,7 @@ mod tests {
 
     #[test]
     fn planted_points_are_hit() {
-        let shear = DMat3::from_cols(
-            DVec3::new(2.0, 0.0, 0.0),
-            DVec3::new(0.5, 1.0, 0.0),
-            DVec3::Z,
-        );
+        let shear = DMat3::from_cols(DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.5, 1.0, 0.0), DVec3::Z);
         let turn = DMat3::from_quat(DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 1.1, -0.7));
         let place = DAffine3::from_mat3_translation(turn * shear, DVec3::new(1.0, -2.0, 3.0));
         let rectangle = Rectangle::try_new(&place).unwrap();
@@ -148,19 +139,10 @@ mod tests {
             let u = sampler.next_2d();
             let offset = sampler.next_2d().extend(sampler.next_1d()) - 0.5;
             let (from, to) = (DVec3::splat(4.0) + offset, rectangle.point(u));
-            let hit = rectangle
-                .intersect(&Ray::new(from, 2.0 * (to - from)))
-                .unwrap();
+            let hit = rectangle.intersect(&Ray::new(from, 2.0 * (to - from))).unwrap();
             assert!((hit.t - 0.5).abs() < 1e-14, "sample {i}: t {}", hit.t);
-            assert!(
-                hit.uv.distance(u) < 1e-13,
-                "sample {i}: uv {}, want {u}",
-                hit.uv
-            );
-            let short = Ray {
-                t_max: 0.999,
-                ..Ray::new(from, to - from)
-            };
+            assert!(hit.uv.distance(u) < 1e-13, "sample {i}: uv {}, want {u}", hit.uv);
+            let short = Ray { t_max: 0.999, ..Ray::new(from, to - from) };
             assert_eq!(rectangle.intersect(&short), None);
             let outside = rectangle.point(u + DVec2::X);
             assert_eq!(rectangle.intersect(&Ray::new(from, outside - from)), None);

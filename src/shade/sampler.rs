@@ -60,19 +60,14 @@ mod tests {
 
     /// Which of `count` equal parts of `[0, 1)` a value is in.
     fn part(value: f64, count: u32) -> usize {
-        (1..count)
-            .take_while(|&i| value >= f64::from(i) / f64::from(count))
-            .count()
+        (1..count).take_while(|&i| value >= f64::from(i) / f64::from(count)).count()
     }
 
     /// Chi-square of counts against equal shares, as a number of standard deviations.
     fn deviation(counts: &[u32]) -> f64 {
         let total: u32 = counts.iter().sum();
         let share = f64::from(total) / counts.len() as f64;
-        let chi_sq: f64 = counts
-            .iter()
-            .map(|&n| (f64::from(n) - share).powi(2) / share)
-            .sum();
+        let chi_sq: f64 = counts.iter().map(|&n| (f64::from(n) - share).powi(2) / share).sum();
         let freedom = counts.len() as f64 - 1.0;
         (chi_sq - freedom) / (2.0 * freedom).sqrt()
     }
@@ -92,10 +87,7 @@ mod tests {
                 }
             }
             let off = deviation(&counts);
-            assert!(
-                off.abs() < 4.5,
-                "dimension {dimension}: chi-square off by {off} sigma"
-            );
+            assert!(off.abs() < 4.5, "dimension {dimension}: chi-square off by {off} sigma");
         }
     }
 
@@ -129,10 +121,7 @@ mod tests {
         }
         for (pair, counts) in counts.iter().enumerate() {
             let off = deviation(counts);
-            assert!(
-                off.abs() < 4.5,
-                "pair {pair}: chi-square off by {off} sigma"
-            );
+            assert!(off.abs() < 4.5, "pair {pair}: chi-square off by {off} sigma");
         }
     }
 

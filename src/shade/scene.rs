@@ -42,11 +42,7 @@ impl<G: Geometry> ShadingScene<'_, G> {
     }
 
     /// The nearest hit with an object, through the shapes of lights.
-    pub fn surface_hit(
-        &self,
-        ray: &Ray,
-        statistics: &mut RenderStatistics,
-    ) -> Option<SurfaceInteraction> {
+    pub fn surface_hit(&self, ray: &Ray, statistics: &mut RenderStatistics) -> Option<SurfaceInteraction> {
         statistics.rays += 1;
         self.geometry.closest_hit(ray)
     }

@@ -5,13 +5,6 @@ use glam::DVec3;
 use super::light::LightSample;
 use crate::trace::{Ray, SurfaceInteraction};
 
-/// Bound on the relative error of `n` roundings in a row: n·ε / (1 - n·ε), with ε the half ulp
-/// (Higham 2002, section 3.1; pbrt's `gamma`).
-pub(super) fn gamma(n: u32) -> f64 {
-    let n = f64::from(n) * (0.5 * f64::EPSILON);
-    n / (1.0 - n)
-}
-
 /// How many error bounds a ray starts away from its surface: one for the error of the point
 /// itself, one for the error with which the same surface would be found again.
 pub(super) const BOUNDS_AWAY: f64 = 2.0;
@@ -35,10 +28,7 @@ pub fn spawn_shadow_ray(from: &SurfaceInteraction, light: &LightSample) -> Ray {
     let direction = end.position - origin;
     let bounds = end.position_error + from.position_error;
     let margin = BOUNDS_AWAY * bounds / (end.cos_light * direction.length());
-    Ray {
-        t_max: (1.0 - margin).max(0.0),
-        ..Ray::new(origin, direction)
-    }
+    Ray { t_max: (1.0 - margin).max(0.0), ..Ray::new(origin, direction) }
 }
 
 /// The point moved to the side of `direction`, until it is surely off the surface.
@@ -47,11 +37,7 @@ pub fn spawn_shadow_ray(from: &SurfaceInteraction, light: &LightSample) -> Ray {
 /// reaches error · (|nx| + |ny| + |nz|) along the normal. The result is rounded away from the
 /// surface (pbrt 4, `OffsetRayOrigin`).
 fn offset_origin(from: &SurfaceInteraction, direction: DVec3) -> DVec3 {
-    let side = if direction.dot(from.normal) < 0.0 {
-        -from.normal
-    } else {
-        from.normal
-    };
+    let side = if direction.dot(from.normal) < 0.0 { -from.normal } else { from.normal };
     let reach = from.position_error * side.abs().element_sum();
     let moved = from.position + BOUNDS_AWAY * reach * side;
     let away = |moved: f64, side: f64| {
@@ -63,11 +49,7 @@ fn offset_origin(from: &SurfaceInteraction, direction: DVec3) -> DVec3 {
             moved
         }
     };
-    DVec3::new(
-        away(moved.x, side.x),
-        away(moved.y, side.y),
-        away(moved.z, side.z),
-    )
+    DVec3::new(away(moved.x, side.x), away(moved.y, side.y), away(moved.z, side.z))
 }
 
 #[cfg(test)]
@@ -94,11 +76,7 @@ mod tests {
             hits += 1;
             let local = warp::cosine_hemisphere(sampler.next_2d());
             let out = spawn_ray(&hit, warp::to_world(hit.normal, local));
-            assert!(
-                !sphere.any_hit(&out),
-                "sample {i}: hit itself from {}",
-                hit.position
-            );
+            assert!(!sphere.any_hit(&out), "sample {i}: hit itself from {}", hit.position);
             let inwards = spawn_ray(&hit, -out.direction);
             let through = sphere.closest_hit(&inwards);
             assert!(through.is_some_and(|h| h.position.distance(hit.position) > 0.0));
@@ -112,10 +90,7 @@ mod tests {
         let start = DVec3::new(0.3, 0.4, 2.0);
         let hit = floor.closest_hit(&Ray::new(start, DVec3::NEG_Z)).unwrap();
         let up = spawn_ray(&hit, DVec3::Z).origin.z;
-        assert!(
-            up > 0.0 && up < 10.0 * hit.position_error.max(1e-300),
-            "moved by {up:e}"
-        );
+        assert!(up > 0.0 && up < 10.0 * hit.position_error.max(1e-300), "moved by {up:e}");
         assert_eq!(spawn_ray(&hit, DVec3::NEG_Z).origin.z, -up);
     }
 }

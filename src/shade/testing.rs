@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::spawn::gamma;
+use crate::math::rounding::gamma;
 use crate::trace::{Geometry, Ray, SurfaceInteraction};
 
 /// A shape whose hits are computed directly.
@@ -21,11 +21,7 @@ pub(crate) struct Shapes(pub(crate) Vec<Shape>);
 impl Shape {
     /// The square `[-4, 4]²` at height z, normal upwards.
     pub(crate) fn floor(z: f64) -> Self {
-        Self::Quad {
-            corner: DVec3::new(-4.0, -4.0, z),
-            u: 8.0 * DVec3::X,
-            v: 8.0 * DVec3::Y,
-        }
+        Self::Quad { corner: DVec3::new(-4.0, -4.0, z), u: 8.0 * DVec3::X, v: 8.0 * DVec3::Y }
     }
 
     fn hit(&self, ray: &Ray) -> Option<SurfaceInteraction> {
@@ -50,9 +46,7 @@ fn hit_sphere(centre: DVec3, radius: f64, ray: &Ray) -> Option<SurfaceInteractio
     let far = middle + half_sq.sqrt().copysign(middle);
     let mut roots = [far, c / a / far];
     roots.sort_by(f64::total_cmp);
-    let t = roots
-        .into_iter()
-        .find(|&t| t > ray.t_min && t < ray.t_max)?;
+    let t = roots.into_iter().find(|&t| t > ray.t_min && t < ray.t_max)?;
     let normal = (ray.at(t) - centre).normalize();
     let position = centre + radius * normal;
     let reach = centre.abs().max_element() + radius;
@@ -73,11 +67,7 @@ fn hit_quad(corner: DVec3, u: DVec3, v: DVec3, ray: &Ray) -> Option<SurfaceInter
     }
     let reach = (corner.abs() + u.abs() + v.abs()).max_element();
     let position = corner + st.x * u + st.y * v;
-    Some(SurfaceInteraction {
-        st,
-        uv: st,
-        ..interaction(t, position, cross.normalize(), gamma(20) * reach)
-    })
+    Some(SurfaceInteraction { st, uv: st, ..interaction(t, position, cross.normalize(), gamma(20) * reach) })
 }
 
 fn interaction(t: f64, position: DVec3, normal: DVec3, position_error: f64) -> SurfaceInteraction {

@@ -74,10 +74,7 @@ mod tests {
         let mean = sum / n;
         let sigma = ((sum_sq / n - mean * mean) / n).sqrt();
         let off = (mean - want).abs();
-        assert!(
-            off <= 5.0 * sigma + 1e-12,
-            "{name}: got {mean}, want {want}, sigma {sigma}"
-        );
+        assert!(off <= 5.0 * sigma + 1e-12, "{name}: got {mean}, want {want}, sigma {sigma}");
     }
 
     #[test]
@@ -87,9 +84,7 @@ mod tests {
         assert_mean("y", 0.0, |u| concentric_disk(u).y);
         assert_mean("x²", 0.25, |u| concentric_disk(u).x.powi(2));
         assert_mean("xy", 0.0, |u| concentric_disk(u).x * concentric_disk(u).y);
-        assert_mean("r⁴", 1.0 / 3.0, |u| {
-            concentric_disk(u).length_squared().powi(2)
-        });
+        assert_mean("r⁴", 1.0 / 3.0, |u| concentric_disk(u).length_squared().powi(2));
         let inner = |u| f64::from(u8::from(concentric_disk(u).length() < 0.5));
         assert_mean("inner", 0.25, inner);
         assert_eq!(concentric_disk(DVec2::splat(0.5)), DVec2::ZERO);
@@ -100,19 +95,13 @@ mod tests {
     fn hemisphere_has_its_density() {
         // with density cos/π: E[z^k] = 2/(k+2), E[x²] = 1/4
         for k in 1..5 {
-            assert_mean("z^k", 2.0 / f64::from(k + 2), |u| {
-                cosine_hemisphere(u).z.powi(k)
-            });
+            assert_mean("z^k", 2.0 / f64::from(k + 2), |u| cosine_hemisphere(u).z.powi(k));
         }
         assert_mean("x²", 0.25, |u| cosine_hemisphere(u).x.powi(2));
         // E[1/pdf] over the part z > 1/10 is that part's solid angle
         let angle = |u| {
             let z = cosine_hemisphere(u).z;
-            if z > 0.1 {
-                1.0 / cosine_hemisphere_pdf(z)
-            } else {
-                0.0
-            }
+            if z > 0.1 { 1.0 / cosine_hemisphere_pdf(z) } else { 0.0 }
         };
         assert_mean("solid angle", 2.0 * PI * 0.9, angle);
         assert_eq!(cosine_hemisphere_pdf(-0.5), 0.0);

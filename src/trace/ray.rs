@@ -23,6 +23,11 @@ impl Ray {
         Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
     }
 
+    /// Whether the ray has a direction that double precision can normalise, and finite numbers.
+    pub fn is_traceable(&self) -> bool {
+        self.origin.is_finite() && self.direction.is_finite() && self.direction.try_normalize().is_some()
+    }
+
     /// The point at parameter `t`.
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + t * self.direction

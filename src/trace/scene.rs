@@ -123,6 +123,19 @@ impl TracedScene {
         (self.references.len(), self.bvh.nodes(), self.bvh.bytes() + size_of_val(&*self.references))
     }
 
+    /// Lowest and highest corner of a box around one object's surface; not the tightest.
+    pub fn object_bounds(&self, object: usize) -> [DVec3; 2] {
+        let points = self.objects[object].patches.iter().flat_map(TrimmedPatch::trimmed_bounds);
+        points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
+    }
+
+    /// Lowest and highest corner of a box around all objects.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        (0..self.objects.len())
+            .map(|object| self.object_bounds(object))
+            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], [a, b]| [low.min(a), high.max(b)])
+    }
+
     /// Takes the counts of the calling thread, leaving zeros.
     pub fn take_statistics() -> TraceStatistics {
         SCRATCH.with_borrow_mut(|scratch| std::mem::take(&mut scratch.statistics))

@@ -59,7 +59,7 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// As [`check_writable`]; also when the disk is full. Nothing is left then but what was before.
-pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     match Target::of(path)? {
         Target::Special(path) => {
             let written = open_special(&path)?.write_all(bytes);
@@ -87,10 +87,7 @@ impl Target {
             Ok(there) if there.is_dir() => Err(OutputError::IsFolder { path: path.into() }),
             Ok(there) if there.is_file() => match fs::canonicalize(path) {
                 Ok(path) => Ok(Self::Regular(path)),
-                Err(source) => Err(OutputError::Io {
-                    path: path.into(),
-                    source,
-                }),
+                Err(source) => Err(OutputError::Io { path: path.into(), source }),
             },
             Ok(_) => Ok(Self::Special(path.into())),
             Err(_) => Ok(Self::Regular(path.into())),
@@ -100,10 +97,7 @@ impl Target {
 
 fn open_special(path: &Path) -> Result<File, OutputError> {
     let opened = OpenOptions::new().write(true).open(path);
-    opened.map_err(|source| OutputError::Io {
-        path: path.into(),
-        source,
-    })
+    opened.map_err(|source| OutputError::Io { path: path.into(), source })
 }
 
 /// A file in the same folder, removed when dropped unless it took the other's place.
@@ -122,10 +116,7 @@ impl Beside {
             None => return Err(OutputError::IsFolder { path: path.into() }),
         };
         if !folder.is_dir() {
-            return Err(OutputError::NoFolder {
-                path: path.into(),
-                folder: folder.into(),
-            });
+            return Err(OutputError::NoFolder { path: path.into(), folder: folder.into() });
         }
         // hidden, and unlike that of any other writer at the same time
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -133,19 +124,9 @@ impl Beside {
         name.push(path.file_name().unwrap_or_default());
         name.push(format!(".{}-{count}.part", process::id()));
         let beside = folder.join(name);
-        let opened = OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(&beside);
-        let file = opened.map_err(|source| OutputError::Io {
-            path: path.into(),
-            source,
-        })?;
-        Ok(Self {
-            file,
-            path: beside,
-            kept: false,
-        })
+        let opened = OpenOptions::new().write(true).create_new(true).open(&beside);
+        let file = opened.map_err(|source| OutputError::Io { path: path.into(), source })?;
+        Ok(Self { file, path: beside, kept: false })
     }
 
     fn finish(&mut self, bytes: &[u8], path: &Path) -> io::Result<()> {

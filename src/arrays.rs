@@ -1,0 +1,244 @@
+//! NumPy's files: `.npy` read, `.npz` written; the one file that names their crates.
+
+use std::io::{Cursor, Write};
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use npyz::{DType, NpyFile, Order, TypeStr, WriterBuilder};
+use thiserror::Error;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use crate::output::{OutputError, write_whole};
+
+/// Why an array cannot be read.
+#[derive(Debug, Error)]
+pub enum ArrayError {
+    /// The file cannot be read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The file is not a NumPy array.
+    #[error("{}: is not a .npy file: {reason}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What the reader says.
+        reason: String,
+    },
+    /// The numbers are not of double precision.
+    #[error("{}: holds {found}, float64 is needed (numpy: .astype(float))", path.display())]
+    Type {
+        /// The file.
+        path: PathBuf,
+        /// The type found.
+        found: String,
+    },
+    /// The file is shorter than its header says.
+    #[error("{}: is cut off: its header says {want} numbers, it has {got}", path.display())]
+    CutOff {
+        /// The file.
+        path: PathBuf,
+        /// Numbers promised.
+        want: u64,
+        /// Numbers there.
+        got: u64,
+    },
+}
+
+/// An array of doubles, in C order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Array {
+    /// Extents, slowest first.
+    pub shape: Vec<usize>,
+    /// The numbers, last index fastest.
+    pub values: Vec<f64>,
+}
+
+/// Reads a float64 `.npy` file of any shape, C or Fortran order, either byte order.
+///
+/// # Errors
+/// [`ArrayError`] if it is not such a file.
+pub fn read_f64(path: &Path) -> Result<Array, ArrayError> {
+    let bytes = fs::read(path).map_err(|source| ArrayError::Read { path: path.into(), source })?;
+    let format = |reason: String| ArrayError::Format { path: path.into(), reason };
+    let mut rest = bytes.as_slice();
+    let file = NpyFile::new(&mut rest).map_err(|error| format(error.to_string()))?;
+    let (dtype, order) = (file.dtype(), file.order());
+    let shape: Vec<u64> = file.shape().to_vec();
+    let wanted: [TypeStr; 2] = ["<f8", ">f8"].map(|name| name.parse().expect("a type of NumPy's own"));
+    if !wanted.iter().any(|want| dtype == DType::new_scalar(want.clone())) {
+        return Err(ArrayError::Type { path: path.into(), found: dtype.descr() });
+    }
+    let want = shape.iter().try_fold(1_u64, |product, &extent| product.checked_mul(extent));
+    let data = file.into_inner();
+    let got = data.len() as u64 / 8;
+    let want = want.ok_or_else(|| format("its shape is too large".into()))?;
+    if got < want {
+        return Err(ArrayError::CutOff { path: path.into(), want, got });
+    }
+    let little = dtype == DType::new_scalar(wanted[0].clone());
+    let number = |bytes: &[u8]| {
+        let bytes = bytes.try_into().expect("chunks of 8 bytes");
+        if little { f64::from_le_bytes(bytes) } else { f64::from_be_bytes(bytes) }
+    };
+    let shape: Vec<usize> = shape
+        .into_iter()
+        .map(|extent| usize::try_from(extent).expect("fits, for the file holds it"))
+        .collect();
+    let count = shape.iter().product::<usize>();
+    let mut values: Vec<f64> = data.chunks_exact(8).take(count).map(number).collect();
+    if order == Order::Fortran {
+        values = to_c_order(&shape, &values);
+    }
+    Ok(Array { shape, values })
+}
+
+fn to_c_order(shape: &[usize], values: &[f64]) -> Vec<f64> {
+    let mut index = vec![0; shape.len()];
+    (0..values.len())
+        .map(|_| {
+            let mut stride = 1;
+            let mut place = 0;
+            for (i, extent) in index.iter().zip(shape) {
+                place += i * stride;
+                stride *= extent;
+            }
+            for axis in (0..shape.len()).rev() {
+                index[axis] += 1;
+                if index[axis] < shape[axis] {
+                    break;
+                }
+                index[axis] = 0;
+            }
+            values[place]
+        })
+        .collect()
+}
+
+/// The numbers of an array of an archive.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// float64
+    F64(Vec<f64>),
+    /// int32
+    I32(Vec<i32>),
+    /// int64
+    I64(Vec<i64>),
+    /// bool
+    Bool(Vec<bool>),
+}
+
+/// A named array of an archive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedArray {
+    /// Name within the archive, without `.npy`.
+    pub name: &'static str,
+    /// Numbers in each row; 1 gives a one-dimensional array.
+    pub columns: usize,
+    /// The numbers, row by row.
+    pub values: Values,
+}
+
+/// Writes arrays as an uncompressed `.npz` archive; the same arrays give the same bytes.
+///
+/// # Errors
+/// If the file cannot be written; nothing is left half-written then.
+pub fn write_npz(path: &Path, arrays: &[NamedArray]) -> Result<(), OutputError> {
+    let bytes = archive(arrays).map_err(|source| OutputError::Io { path: path.into(), source })?;
+    write_whole(path, &bytes)
+}
+
+fn archive(arrays: &[NamedArray]) -> io::Result<Vec<u8>> {
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(DateTime::default());
+    for array in arrays {
+        let bytes = match &array.values {
+            Values::F64(values) => npy(values, array.columns)?,
+            Values::I32(values) => npy(values, array.columns)?,
+            Values::I64(values) => npy(values, array.columns)?,
+            Values::Bool(values) => npy(values, array.columns)?,
+        };
+        let large = bytes.len() > u32::MAX as usize / 2;
+        archive.start_file(format!("{}.npy", array.name), options.large_file(large))?;
+        archive.write_all(&bytes)?;
+    }
+    Ok(archive.finish()?.into_inner())
+}
+
+fn npy<T: npyz::AutoSerialize + Copy>(values: &[T], columns: usize) -> io::Result<Vec<u8>> {
+    let rows = (values.len() / columns) as u64;
+    let shape = if columns == 1 { vec![rows] } else { vec![rows, columns as u64] };
+    let mut bytes = Vec::with_capacity(size_of_val(values) + 256);
+    let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(&mut bytes).begin_nd()?;
+    writer.extend(values.iter().copied())?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        (folder, path)
+    }
+
+    fn header(text: &str) -> Vec<u8> {
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend(u16::try_from(text.len()).unwrap().to_le_bytes());
+        bytes.extend(text.as_bytes());
+        bytes
+    }
+
+    #[test]
+    fn reads_both_orders_and_byte_orders() {
+        let mut c_order = header("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }\n");
+        let mut fortran = header("{'descr': '>f8', 'fortran_order': True, 'shape': (2, 3), }\n");
+        for x in [1.0, 2.0, 3.0, 4.0, 5.0, 6.0_f64] {
+            c_order.extend(x.to_le_bytes());
+        }
+        for x in [1.0, 4.0, 2.0, 5.0, 3.0, 6.0_f64] {
+            fortran.extend(x.to_be_bytes());
+        }
+        let want = Array { shape: vec![2, 3], values: vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0] };
+        for bytes in [c_order, fortran] {
+            let (_folder, path) = write("a.npy", &bytes);
+            assert_eq!(read_f64(&path).unwrap(), want);
+        }
+    }
+
+    #[test]
+    fn refuses_what_is_not_an_array_of_doubles() {
+        let (_folder, path) = write("a.npy", b"nonsense");
+        assert!(matches!(read_f64(&path), Err(ArrayError::Format { .. })));
+        let floats = header("{'descr': '<f4', 'fortran_order': False, 'shape': (1,), }\n");
+        let (_folder, path) = write("a.npy", &floats);
+        assert!(matches!(read_f64(&path), Err(ArrayError::Type { .. })));
+        let huge = header("{'descr': '<f8', 'fortran_order': False, 'shape': (4611686018427387904, 3), }\n");
+        let (_folder, path) = write("a.npy", &huge);
+        assert!(read_f64(&path).is_err());
+        let short = header("{'descr': '<f8', 'fortran_order': False, 'shape': (7,), }\n");
+        let (_folder, path) = write("a.npy", &short);
+        assert!(matches!(read_f64(&path), Err(ArrayError::CutOff { want: 7, got: 0, .. })));
+    }
+
+    #[test]
+    fn archives_repeat_to_the_byte() {
+        let arrays = [
+            NamedArray { name: "t", columns: 1, values: Values::F64(vec![1.0, f64::INFINITY]) },
+            NamedArray { name: "st", columns: 2, values: Values::F64(vec![0.0; 4]) },
+            NamedArray { name: "hit", columns: 1, values: Values::Bool(vec![true, false]) },
+        ];
+        assert_eq!(archive(&arrays).unwrap(), archive(&arrays).unwrap());
+    }
+}

@@ -1,0 +1,185 @@
+//! `trimray info`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+use anyhow::Context;
+use clap::Args;
+use serde::Serialize;
+
+use crate::export::to_json;
+use crate::patch::TrimmedPatch;
+use crate::scene::BuiltScene;
+use crate::spline::{Orientation, SplineVolume, orientation};
+
+use super::{CliError, SceneArgs, print_result};
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: trimray info scenes/feng_fig07.toml --json")]
+pub(super) struct InfoArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Info {
+    objects: Vec<ObjectInfo>,
+    accel: Acceleration,
+    seconds: Seconds,
+    bytes: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct ObjectInfo {
+    name: String,
+    method: &'static str,
+    faces: usize,
+    triangles: usize,
+    subpolygons: usize,
+    patches: usize,
+    degrees: BTreeMap<String, usize>,
+    control_points: usize,
+    lattice: Option<Lattice>,
+    injective: bool,
+    fold_overs: usize,
+    bounds: [[f64; 3]; 2],
+    bytes: usize,
+    notes: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Lattice {
+    degree: [usize; 3],
+    points: [usize; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct Acceleration {
+    leaves: usize,
+    nodes: usize,
+    bytes: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct Seconds {
+    load: f64,
+    subdivide: f64,
+    compose: f64,
+    build: f64,
+}
+
+pub(super) fn run(args: &InfoArgs) -> Result<(), CliError> {
+    let scene = args.scene.parse()?;
+    let built = args.scene.build(&scene, true)?;
+    let info = args.scene.install(|| gather(&built))?;
+    let text = if args.json {
+        let bytes = to_json(&info).context("the JSON")?;
+        String::from_utf8(bytes).context("the JSON")?
+    } else {
+        table(&info)
+    };
+    print_result(&text);
+    Ok(())
+}
+
+fn gather(built: &BuiltScene) -> Info {
+    let objects: Vec<_> = (0..built.objects.len()).map(|object| object_info(built, object)).collect();
+    let (leaves, nodes, bytes) = built.traced.acceleration();
+    let times = &built.times;
+    Info {
+        bytes: bytes + objects.iter().map(|object| object.bytes).sum::<usize>(),
+        objects,
+        accel: Acceleration { leaves, nodes, bytes },
+        seconds: Seconds {
+            load: times.load.as_secs_f64(),
+            subdivide: times.patches.subdivide.as_secs_f64(),
+            compose: times.patches.compose.as_secs_f64(),
+            build: times.build.as_secs_f64(),
+        },
+    }
+}
+
+fn object_info(built: &BuiltScene, object: usize) -> ObjectInfo {
+    let (traced, made) = (&built.traced.objects()[object], &built.objects[object]);
+    let mut degrees: BTreeMap<String, usize> = BTreeMap::new();
+    for patch in &traced.patches {
+        let [m, n] = patch.patch.degree();
+        *degrees.entry(format!("{m}x{n}")).or_default() += 1;
+    }
+    let (injective, fold_overs) =
+        made.volume.as_ref().map_or((true, 0), |volume| folds(volume, &traced.patches));
+    ObjectInfo {
+        name: traced.name.clone(),
+        method: "exact",
+        faces: made.notes.faces,
+        triangles: made.notes.triangles,
+        subpolygons: made.subpolygons,
+        patches: traced.patches.len(),
+        degrees,
+        control_points: traced.patches.iter().map(|patch| patch.patch.control_points().len()).sum(),
+        lattice: made
+            .volume
+            .as_ref()
+            .map(|volume| Lattice { degree: volume.degree(), points: volume.points() }),
+        injective,
+        fold_overs,
+        bounds: built.traced.object_bounds(object).map(|corner| corner.to_array()),
+        bytes: traced.patches.iter().map(TrimmedPatch::bytes).sum(),
+        notes: made.notes.to_string().lines().skip(1).map(str::to_owned).collect(),
+    }
+}
+
+/// Whether the volume is proved to be locally one to one in all knot boxes that hold a piece of the object, and in how
+/// many of them it folds over.
+fn folds(volume: &SplineVolume, patches: &[TrimmedPatch]) -> (bool, usize) {
+    let cells: BTreeSet<_> = patches.iter().filter_map(|patch| patch.cell).collect();
+    let found: Vec<_> = cells.into_iter().map(|cell| orientation(volume, cell)).collect();
+    let injective = found.iter().all(|&orientation| orientation == Orientation::Positive);
+    let fold_overs = found.iter().filter(|&&orientation| orientation == Orientation::FoldsOver).count();
+    (injective, fold_overs)
+}
+
+fn table(info: &Info) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        // writing to a string cannot fail
+        let _ = writeln!(text, "{name:<16}{value}");
+    };
+    for object in &info.objects {
+        line("object", object.name.clone());
+        line("  method", object.method.into());
+        line("  input", format!("{} faces, {} triangles", object.faces, object.triangles));
+        line("  sub-polygons", object.subpolygons.to_string());
+        let degrees: Vec<_> =
+            object.degrees.iter().map(|(degree, count)| format!("{count} of {degree}")).collect();
+        line("  patches", format!("{} ({})", object.patches, degrees.join(", ")));
+        line("  control points", object.control_points.to_string());
+        if let Some(Lattice { degree: [ku, kv, kw], points: [nu, nv, nw] }) = object.lattice {
+            line("  lattice", format!("degree {ku} x {kv} x {kw}, {nu} x {nv} x {nw} control points"));
+            let folds = match (object.injective, object.fold_overs) {
+                (true, _) => "yes, proved".to_owned(),
+                (false, 0) => "not proved: the Jacobian determinant comes close to 0".to_owned(),
+                (false, count) => format!("no: folds over in {count} knot boxes"),
+            };
+            line("  injective", folds);
+        }
+        let [low, high] = object.bounds.map(|p| format!("({:.6}, {:.6}, {:.6})", p[0], p[1], p[2]));
+        line("  bounds", format!("{low} to {high}"));
+        line("  memory", format!("{} bytes", object.bytes));
+        for note in &object.notes {
+            line("  note", note.clone());
+        }
+    }
+    let Acceleration { leaves, nodes, bytes } = info.accel;
+    line("acceleration", format!("{leaves} leaves, {nodes} nodes, {bytes} bytes"));
+    let Seconds { load, subdivide, compose, build } = info.seconds;
+    line(
+        "seconds",
+        format!("load {load:.4}, subdivide {subdivide:.4}, compose {compose:.4}, build {build:.4}"),
+    );
+    line("memory", format!("{} bytes", info.bytes));
+    text
+}

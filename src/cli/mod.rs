@@ -1,0 +1,171 @@
+//! The command line: the only place that prints, reads flags and chooses exit codes.
+
+mod export;
+mod info;
+mod progress;
+mod render;
+mod trace;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::{Args, Parser, Subcommand};
+use thiserror::Error;
+
+use crate::output::OutputError;
+use crate::scene::{BuiltScene, SceneDescription, SceneError, parse_scene};
+
+/// Set by Ctrl-C.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Ray tracing of exactly deformed shapes.
+#[derive(Debug, Parser)]
+#[command(name = "trimray", version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene to EXR, or to a PNG preview
+    Render(render::RenderArgs),
+    /// Show what the deformation made, without rendering
+    Info(info::InfoArgs),
+    /// Trace a batch of rays in double precision
+    Trace(trace::TraceArgs),
+    /// Write the exact patches to a file
+    Export(export::ExportArgs),
+}
+
+/// What every command takes.
+#[derive(Debug, Args)]
+struct SceneArgs {
+    /// The scene file (TOML)
+    scene: PathBuf,
+    /// Threads to work with [default: one for each processor]
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// How deformed shapes are represented, for all objects: exact
+    #[arg(long, value_name = "M")]
+    method: Option<crate::scene::Method>,
+}
+
+/// Why a command did not do its work.
+#[derive(Debug, Error)]
+enum CliError {
+    /// The scene or a file it names is wrong.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The input or the command line is wrong otherwise.
+    #[error("{0}")]
+    Input(String),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// Ctrl-C.
+    #[error("interrupted")]
+    Interrupted,
+    /// Anything else that failed while working.
+    #[error("{0:#}")]
+    Failed(#[from] anyhow::Error),
+}
+
+impl CliError {
+    /// 1: the work failed; 2: bad command line or bad input.
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Scene(_) | Self::Input(_) => 2,
+            Self::Output(OutputError::NoFolder { .. } | OutputError::IsFolder { .. }) => 2,
+            Self::Output(_) | Self::Interrupted | Self::Failed(_) => 1,
+        }
+    }
+}
+
+/// Runs the program on the process's own arguments.
+pub fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // help and version are asked for and go to stdout
+            let code = if error.use_stderr() { 2 } else { 0 };
+            // nobody is left to tell if the terminal is gone
+            let _ = error.print();
+            return ExitCode::from(code);
+        }
+    };
+    let handler = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
+    let result =
+        handler.map_err(anyhow::Error::from).map_err(CliError::from).and_then(|()| match &cli.command {
+            Command::Render(args) => render::run(args),
+            Command::Info(args) => info::run(args),
+            Command::Trace(args) => trace::run(args),
+            Command::Export(args) => export::run(args),
+        });
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            for line in error.to_string().lines() {
+                eprintln!("trimray: {line}");
+            }
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+impl SceneArgs {
+    fn parse(&self) -> Result<SceneDescription, CliError> {
+        let mut scene = parse_scene(&self.scene)?;
+        if let Some(method) = self.method {
+            for object in &mut scene.objects {
+                object.method = method;
+            }
+        }
+        Ok(scene)
+    }
+
+    /// Builds a scene on the threads asked for, and says on stderr what was odd about its meshes.
+    fn build(&self, scene: &SceneDescription, quiet: bool) -> Result<BuiltScene, CliError> {
+        let built = self.install(|| scene.build())??;
+        check_interrupted()?;
+        if !quiet {
+            for (object, made) in scene.objects.iter().zip(&built.objects) {
+                for line in made.notes.to_string().lines().skip(1) {
+                    eprintln!("trimray: {}: {line}", object.mesh.value.display());
+                }
+            }
+        }
+        Ok(built)
+    }
+
+    /// Runs work on the threads asked for.
+    fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T, CliError> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.thread_count()?)
+            .build()
+            .map_err(anyhow::Error::from)?;
+        Ok(pool.install(work))
+    }
+
+    /// Threads to use; 0 is one for each processor.
+    fn thread_count(&self) -> Result<usize, CliError> {
+        const MOST: usize = 1024;
+        match self.threads {
+            None => Ok(0),
+            Some(threads @ 1..=MOST) => Ok(threads),
+            Some(threads) => Err(CliError::Input(format!("--threads {threads}: valid are 1 to {MOST}"))),
+        }
+    }
+}
+
+fn check_interrupted() -> Result<(), CliError> {
+    if INTERRUPTED.load(Ordering::Relaxed) { Err(CliError::Interrupted) } else { Ok(()) }
+}
+
+/// Prints a result to stdout; a reader that has gone away is no error.
+fn print_result(text: &str) {
+    use std::io::Write;
+    // a closed pipe (`| head`) has got what it wanted
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+}

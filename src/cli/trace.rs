@@ -1,0 +1,200 @@
+//! `trimray trace`.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::Context;
+use clap::Args;
+use glam::DVec3;
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+use serde::Serialize;
+
+use crate::arrays::{NamedArray, Values, read_f64, write_npz};
+use crate::export::to_json;
+use crate::output::check_writable;
+use crate::trace::{Geometry, Ray, SurfaceInteraction, TraceStatistics, TracedScene};
+
+use super::{CliError, SceneArgs, check_interrupted, print_result};
+
+/// Rays handed to a thread at once: enough to hide the handing out, few enough to share the work and notice Ctrl-C.
+const CHUNK: usize = 1024;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example: trimray trace scenes/feng_fig07.toml --rays rays.npy -o hits.npz
+
+rays.npy holds float64 rows ox oy oz dx dy dz (directions of any length, t in its units); numpy.load reads hits.npz.")]
+pub(super) struct TraceArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Rays: float64 array of shape (N, 6)
+    #[arg(long, value_name = "R.npy")]
+    rays: PathBuf,
+    /// Where the hits go
+    #[arg(short, long, value_name = "H.npz")]
+    output: PathBuf,
+    /// Only whether each ray hits anything
+    #[arg(long, conflicts_with = "all")]
+    any: bool,
+    /// Every hit of each ray, sorted along it
+    #[arg(long)]
+    all: bool,
+    /// Print JSON to stdout
+    #[arg(long)]
+    json: bool,
+    /// No notes and no summary
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Summary {
+    rays: usize,
+    hits: usize,
+    seconds: f64,
+    mrays_per_second: f64,
+    threads: usize,
+    stats: TraceStatistics,
+}
+
+pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
+    check_writable(&args.output)?;
+    let scene = args.scene.parse()?;
+    let rays = read_rays(&args.rays)?;
+    let built = args.scene.build(&scene, args.quiet)?;
+    let (arrays, mut summary) = args.scene.install(|| {
+        let threads = rayon::current_num_threads();
+        let started = Instant::now();
+        let (arrays, hits, stats) = if args.any {
+            any_hits(&built.traced, &rays)
+        } else if args.all {
+            all_hits(&built.traced, &rays)
+        } else {
+            closest_hits(&built.traced, &rays)
+        };
+        let seconds = started.elapsed().as_secs_f64();
+        let mrays_per_second = rays.len() as f64 * 1e-6 / seconds;
+        (arrays, Summary { rays: rays.len(), hits, seconds, mrays_per_second, threads, stats })
+    })?;
+    check_interrupted()?;
+    write_npz(&args.output, &arrays)?;
+    if !summary.mrays_per_second.is_finite() {
+        summary.mrays_per_second = 0.0;
+    }
+    if !args.quiet {
+        let Summary { rays, hits, seconds, mrays_per_second, .. } = summary;
+        eprintln!("{rays} rays, {hits} hits, {seconds:.4} s, {mrays_per_second:.3} Mrays/s");
+    }
+    if args.json {
+        let bytes = to_json(&summary).context("the JSON")?;
+        print_result(&String::from_utf8(bytes).context("the JSON")?);
+    }
+    Ok(())
+}
+
+fn read_rays(path: &Path) -> Result<Vec<Ray>, CliError> {
+    let array = read_f64(path).map_err(|error| CliError::Input(error.to_string()))?;
+    let input = |message: String| CliError::Input(format!("{}: {message}", path.display()));
+    let [_, 6] = array.shape.as_slice() else {
+        return Err(input(format!("has the shape {:?}; rays need (N, 6): ox oy oz dx dy dz", array.shape)));
+    };
+    let rays = array.values.chunks_exact(6).enumerate().map(|(row, r)| {
+        let ray = Ray::new(DVec3::new(r[0], r[1], r[2]), DVec3::new(r[3], r[4], r[5]));
+        if !(ray.origin.is_finite() && ray.direction.is_finite()) {
+            return Err(input(format!("row {row}: not finite")));
+        }
+        if !ray.is_traceable() {
+            return Err(input(format!("row {row}: the direction {} has no usable length", ray.direction)));
+        }
+        Ok(ray)
+    });
+    rays.collect()
+}
+
+type Traced = (Vec<NamedArray>, usize, TraceStatistics);
+
+/// Runs a query on all rays, and sums up what the threads counted.
+fn query<T: Send>(rays: &[Ray], query: impl Fn(&Ray) -> T + Sync) -> (Vec<T>, TraceStatistics) {
+    let chunk = |rays: &[Ray]| {
+        // what the thread counted for other work is not ours
+        TracedScene::take_statistics();
+        let results: Vec<T> =
+            if check_interrupted().is_ok() { rays.iter().map(&query).collect() } else { Vec::new() };
+        (results, TracedScene::take_statistics())
+    };
+    let chunks: Vec<_> = rays.par_chunks_indexed(CHUNK).map(chunk).collect();
+    let mut statistics = TraceStatistics::default();
+    let mut results = Vec::with_capacity(rays.len());
+    for (mut part, counts) in chunks {
+        results.append(&mut part);
+        statistics += counts;
+    }
+    (results, statistics)
+}
+
+/// Chunks of rays in parallel, in order.
+trait ParallelChunks {
+    fn par_chunks_indexed(&self, size: usize) -> impl IndexedParallelIterator<Item = &[Ray]>;
+}
+
+impl ParallelChunks for [Ray] {
+    fn par_chunks_indexed(&self, size: usize) -> impl IndexedParallelIterator<Item = &[Ray]> {
+        use rayon::slice::ParallelSlice;
+        self.par_chunks(size)
+    }
+}
+
+fn any_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
+    let (hits, statistics) = query(rays, |ray| scene.any_hit(ray));
+    let count = hits.iter().filter(|&&hit| hit).count();
+    (vec![NamedArray { name: "hit", columns: 1, values: Values::Bool(hits) }], count, statistics)
+}
+
+fn closest_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
+    let (hits, statistics) = query(rays, |ray| scene.closest_hit(ray));
+    let count = hits.iter().flatten().count();
+    (columns(&hits), count, statistics)
+}
+
+fn all_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
+    let every = |ray: &Ray| scene.all(ray).iter().map(|hit| Some(scene.interaction(hit))).collect::<Vec<_>>();
+    let (hits, statistics) = query(rays, every);
+    let mut offsets = vec![0_i64];
+    let mut total = 0;
+    for ray in &hits {
+        total += ray.len();
+        offsets.push(i64::try_from(total).expect("fewer than 2^63 hits fit in memory"));
+    }
+    let flat: Vec<_> = hits.into_iter().flatten().collect();
+    let mut arrays = columns(&flat);
+    arrays.push(NamedArray { name: "offsets", columns: 1, values: Values::I64(offsets) });
+    (arrays, total, statistics)
+}
+
+/// The arrays of the contract, one row for each hit or miss.
+fn columns(hits: &[Option<SurfaceInteraction>]) -> Vec<NamedArray> {
+    let id = |get: fn(&SurfaceInteraction) -> u32| {
+        // -1 for a miss; ids of 2^31 and more do not fit in memory
+        let id = |hit: &Option<SurfaceInteraction>| {
+            hit.as_ref().map_or(-1, |hit| i32::try_from(get(hit)).unwrap_or(i32::MAX))
+        };
+        Values::I32(hits.par_iter().map(id).collect())
+    };
+    let numbers = |miss: f64, columns: usize, get: fn(&SurfaceInteraction) -> Vec<f64>| {
+        let row = |hit: &Option<SurfaceInteraction>| hit.as_ref().map_or_else(|| vec![miss; columns], get);
+        Values::F64(hits.iter().flat_map(row).collect())
+    };
+    let array = |name, columns, values| NamedArray { name, columns, values };
+    vec![
+        array("t", 1, numbers(f64::INFINITY, 1, |hit| vec![hit.t])),
+        array("object", 1, id(|hit| hit.object)),
+        array("face", 1, id(|hit| hit.face)),
+        array("patch", 1, id(|hit| hit.patch)),
+        array("st", 2, numbers(f64::NAN, 2, |hit| hit.st.to_array().to_vec())),
+        array("uv", 2, numbers(f64::NAN, 2, |hit| hit.uv.to_array().to_vec())),
+        array("rest", 3, numbers(f64::NAN, 3, |hit| hit.rest.to_array().to_vec())),
+        array("position", 3, numbers(f64::NAN, 3, |hit| hit.position.to_array().to_vec())),
+        array("normal", 3, numbers(f64::NAN, 3, |hit| hit.normal.to_array().to_vec())),
+        array("dp_ds", 3, numbers(f64::NAN, 3, |hit| hit.dp_ds.to_array().to_vec())),
+        array("dp_dt", 3, numbers(f64::NAN, 3, |hit| hit.dp_dt.to_array().to_vec())),
+    ]
+}

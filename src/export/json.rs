@@ -1,0 +1,157 @@
+//! The exact patches as JSON.
+
+use std::io;
+
+use glam::{DVec3, DVec4};
+use serde::Serialize;
+use serde_json::ser::{CompactFormatter, Formatter, Serializer};
+
+use crate::patch::TrimmedPatch;
+use crate::scene::BuiltScene;
+use crate::spline::SplineVolume;
+
+#[derive(Debug, Serialize)]
+struct Document<'a> {
+    objects: Vec<Object<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct Object<'a> {
+    name: &'a str,
+    volumes: Vec<Volume>,
+    patches: Vec<Patch>,
+}
+
+#[derive(Debug, Serialize)]
+struct Volume {
+    degree: [usize; 3],
+    points: [usize; 3],
+    knots: Vec<Vec<f64>>,
+    control_points: Vec<[f64; 4]>,
+    bounds: [[f64; 3]; 2],
+}
+
+#[derive(Debug, Serialize)]
+struct Patch {
+    cell: Option<[usize; 3]>,
+    degree: [usize; 2],
+    control_points: Vec<[f64; 4]>,
+    frame: FrameVectors,
+    trim: Vec<Loop>,
+}
+
+#[derive(Debug, Serialize)]
+struct FrameVectors {
+    origin: [f64; 3],
+    s: [f64; 3],
+    t: [f64; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct Loop {
+    face: u32,
+    #[serde(rename = "loop")]
+    corners: Vec<[f64; 2]>,
+}
+
+/// All volumes and patches of a scene: `{ "objects": [{ "name", "volumes", "patches" }] }`.
+///
+/// Control points are Cartesian with the weight as fourth component; numbers have 17 significant digits, which read
+/// back to the same doubles.
+///
+/// # Errors
+/// None in practice: the document is finite and written to memory.
+pub fn exact_patches(scene: &BuiltScene) -> io::Result<Vec<u8>> {
+    let objects = scene
+        .traced
+        .objects()
+        .iter()
+        .zip(&scene.objects)
+        .map(|(traced, built)| Object {
+            name: &traced.name,
+            volumes: built.volume.iter().map(volume).collect(),
+            patches: traced.patches.iter().map(patch).collect(),
+        })
+        .collect();
+    to_json(&Document { objects })
+}
+
+fn volume(volume: &SplineVolume) -> Volume {
+    Volume {
+        degree: volume.degree(),
+        points: volume.points(),
+        knots: volume.axes().iter().map(|axis| axis.knots().to_vec()).collect(),
+        control_points: volume.control_points().iter().map(DVec4::to_array).collect(),
+        bounds: volume.bounds().map(|corner| corner.to_array()),
+    }
+}
+
+fn patch(trimmed: &TrimmedPatch) -> Patch {
+    let frame = &trimmed.frame;
+    Patch {
+        cell: trimmed.cell,
+        degree: trimmed.patch.degree(),
+        control_points: trimmed
+            .patch
+            .control_points()
+            .iter()
+            .map(|point| ((point.truncate() / point.w) + DVec3::ZERO).extend(point.w).to_array())
+            .collect(),
+        frame: FrameVectors { origin: frame.origin.to_array(), s: frame.s.to_array(), t: frame.t.to_array() },
+        trim: trimmed
+            .trim
+            .loops()
+            .iter()
+            .map(|l| Loop {
+                face: l.face,
+                corners: trimmed.trim.corners(l).iter().map(|corner| corner.to_array()).collect(),
+            })
+            .collect(),
+    }
+}
+
+/// JSON with every number at 17 significant digits.
+///
+/// # Errors
+/// If serialising fails.
+pub fn to_json(value: &impl Serialize) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    value.serialize(&mut Serializer::with_formatter(&mut bytes, FullPrecision))?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
+struct FullPrecision;
+
+impl Formatter for FullPrecision {
+    fn write_f64<W: ?Sized + io::Write>(&mut self, writer: &mut W, value: f64) -> io::Result<()> {
+        if value == value.trunc() && value.abs() < 1e15 {
+            // whole numbers are exact in fewer digits
+            return CompactFormatter.write_f64(writer, value);
+        }
+        write!(writer, "{value:.16e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back_to_the_bit() {
+        let values = [0.1, -1.0 / 3.0, 1e-300, 123_456.789, 5e-324, 2.0, -0.0, 1e22];
+        let text = to_json(&values).unwrap();
+        let back: Vec<f64> = serde_json::from_slice(&text).unwrap();
+        assert_eq!(back.map_bits(), values.to_vec().map_bits(), "{}", String::from_utf8_lossy(&text));
+    }
+
+    trait Bits {
+        fn map_bits(&self) -> Vec<u64>;
+    }
+
+    impl Bits for Vec<f64> {
+        fn map_bits(&self) -> Vec<u64> {
+            self.iter().map(|x| x.to_bits()).collect()
+        }
+    }
+}

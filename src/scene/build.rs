@@ -1,0 +1,254 @@
+//! A scene's description to a scene ready to trace, on one page.
+
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+
+use crate::mesh::{FaultKind, MeshNotes, MeshTolerances, ObjError, PolygonSet, load_obj, prepare_polygons};
+use crate::patch::{BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, deform_polygons};
+use crate::shade::{CameraSettings, FovAxis, LightSet, Material};
+use crate::spline::{ControlLattice, SplineVolume};
+use crate::trace::{TracedObject, TracedScene};
+
+use super::description::{Edit, FfdDescription, MoveTo, ObjectDescription, Outside, SceneDescription};
+use super::diagnostic::{Diagnostic, Located, Location, SceneError};
+use super::lattice_file::read_lattice;
+use super::uvs::PolygonUvs;
+
+/// A flat axis of an object's box is widened by this part of the box's longest side to both sides, so that the lattice
+/// has room to bend.
+const FLAT_AXIS_PADDING: f64 = 0.25;
+
+/// A scene ready to trace and render.
+#[derive(Debug)]
+pub struct BuiltScene {
+    /// The geometry.
+    pub traced: TracedScene,
+    /// What is known of each object besides its patches.
+    pub objects: Vec<BuiltObject>,
+    /// The material of each object.
+    pub materials: Vec<Material>,
+    /// The lights.
+    pub lights: LightSet,
+    /// The camera; framed around the objects if the scene names none.
+    pub camera: CameraSettings,
+    /// Time spent.
+    pub times: SceneTimes,
+}
+
+/// An object's deformation and statistics.
+#[derive(Clone, Debug)]
+pub struct BuiltObject {
+    /// What was odd about the mesh.
+    pub notes: MeshNotes,
+    /// The volume that deformed it.
+    pub volume: Option<SplineVolume>,
+    /// Sub-polygons it was cut into.
+    pub subpolygons: usize,
+}
+
+/// Time spent on building a scene, summed over objects.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SceneTimes {
+    /// Reading meshes and preparing polygons.
+    pub load: Duration,
+    /// Cutting, grouping and composing.
+    pub patches: BuildTimes,
+    /// The acceleration structure.
+    pub build: Duration,
+}
+
+impl SceneDescription {
+    /// Reads the meshes, deforms them and builds the acceleration structure.
+    ///
+    /// # Errors
+    /// All faults of all objects at once.
+    pub fn build(&self) -> Result<BuiltScene, SceneError> {
+        let made: Vec<_> = self.objects.par_iter().map(|object| build_object(self, object)).collect();
+        let mut diagnostics = Vec::new();
+        let mut objects = Vec::new();
+        let mut traced = Vec::new();
+        let mut times = SceneTimes::default();
+        for object in made {
+            match object {
+                Ok(made) => {
+                    times.load += made.load;
+                    times.patches.subdivide += made.times.subdivide;
+                    times.patches.compose += made.times.compose;
+                    objects.push(made.built);
+                    traced.push(made.traced);
+                }
+                Err(mut faults) => diagnostics.append(&mut faults),
+            }
+        }
+        let lights = LightSet::try_new(&self.lights_or_default());
+        let lights = match lights {
+            Ok(lights) if diagnostics.is_empty() => lights,
+            Ok(_) => return Err(SceneError { diagnostics }),
+            Err(error) => {
+                diagnostics.push(Diagnostic {
+                    file: self.path.clone(),
+                    location: None,
+                    message: error.to_string(),
+                });
+                return Err(SceneError { diagnostics });
+            }
+        };
+        let started = Instant::now();
+        let traced = TracedScene::new(traced);
+        times.build = started.elapsed();
+        let camera = self.camera.unwrap_or_else(|| framing_camera(&traced));
+        let materials = self.objects.iter().map(|object| self.material_of(object)).collect();
+        Ok(BuiltScene { traced, objects, materials, lights, camera, times })
+    }
+}
+
+struct MadeObject {
+    traced: TracedObject,
+    built: BuiltObject,
+    load: Duration,
+    times: BuildTimes,
+}
+
+fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<MadeObject, Vec<Diagnostic>> {
+    let started = Instant::now();
+    let fault = |location: Location, message: String| {
+        vec![Diagnostic { file: scene.path.clone(), location: Some(location), message }]
+    };
+    let (mesh, file_notes) = load_obj(&object.mesh.value)
+        .map_err(|error| mesh_faults(error, |message| fault(object.mesh.location, message)))?;
+    let (polygons, notes) = prepare_polygons(&mesh, object.transform, MeshTolerances::default());
+    let notes = file_notes.merged(notes);
+    let Some(bounds) = polygons.bounds() else {
+        let message = format!("mesh {}: no face has an area", object.mesh.value.display());
+        return Err(fault(object.mesh.location, message));
+    };
+    let load = started.elapsed();
+    let ffd = object.deform.first();
+    let volume = ffd.map(|ffd| deformed_volume(&scene.path, ffd, bounds)).transpose()?;
+    let made = deform(&polygons, volume.as_ref(), ffd.map(|ffd| &ffd.value)).map_err(|message| {
+        fault(
+            ffd.map_or(object.name.location, |ffd| ffd.location),
+            format!("object {:?}: {message}", object.name.value),
+        )
+    })?;
+    let DeformedPolygons { patches, subpolygons, times } = made;
+    let traced =
+        TracedObject { name: object.name.value.clone(), patches, uvs: Box::new(PolygonUvs(polygons)) };
+    Ok(MadeObject { traced, built: BuiltObject { notes, volume, subpolygons }, load, times })
+}
+
+/// The faults of an OBJ file at their own places; other errors where the scene names the file.
+fn mesh_faults(error: ObjError, fault: impl Fn(String) -> Vec<Diagnostic>) -> Vec<Diagnostic> {
+    let ObjError::Faults { path, faults, more } = error else {
+        return fault(format!("mesh {error}"));
+    };
+    let at = |line: usize, column: usize, kind: &FaultKind| Diagnostic {
+        file: path.clone(),
+        location: Some(Location { line, column }),
+        message: kind.to_string(),
+    };
+    let mut listed: Vec<_> = faults.iter().map(|fault| at(fault.line, fault.column, &fault.kind)).collect();
+    if more > 0 {
+        listed.push(Diagnostic {
+            file: path.clone(),
+            location: None,
+            message: format!("and {more} more faults"),
+        });
+    }
+    listed
+}
+
+fn deform(
+    polygons: &PolygonSet,
+    volume: Option<&SplineVolume>,
+    ffd: Option<&FfdDescription>,
+) -> Result<DeformedPolygons, String> {
+    let planar: Vec<_> = polygons
+        .iter()
+        .map(|polygon| PlanarPolygon { face: polygon.face, corners: polygon.positions })
+        .collect();
+    let frame = ffd.map(|ffd| ffd.frame).unwrap_or_default();
+    let made = deform_polygons(&planar, Deformation { volume, frame }).map_err(|error| error.to_string())?;
+    if let Some(FfdDescription { outside: Outside::Error, .. }) = ffd {
+        let outside = made.patches.iter().filter(|patch| patch.cell.is_none());
+        let mut faces: Vec<u32> =
+            outside.flat_map(|patch| patch.trim.loops().iter().map(|trim_loop| trim_loop.face)).collect();
+        faces.sort_unstable();
+        faces.dedup();
+        if !faces.is_empty() {
+            let named: Vec<_> = faces.iter().take(8).map(u32::to_string).collect();
+            let dots = if faces.len() > 8 { ", …" } else { "" };
+            return Err(format!(
+                "{} faces are not wholly in the lattice's box (face {}{dots}); larger bounds or outside = \"keep\" would do",
+                faces.len(),
+                named.join(", ")
+            ));
+        }
+    }
+    Ok(made)
+}
+
+/// The volume after all edits.
+fn deformed_volume(
+    path: &std::path::Path,
+    ffd: &Located<FfdDescription>,
+    object_bounds: [DVec3; 2],
+) -> Result<SplineVolume, Vec<Diagnostic>> {
+    let fault = |location: Location, message: String| {
+        vec![Diagnostic { file: path.into(), location: Some(location), message }]
+    };
+    let description = &ffd.value;
+    let bounds = description.bounds.unwrap_or_else(|| padded(object_bounds));
+    let mut lattice =
+        ControlLattice::identity(description.degree, description.points, bounds, description.hold)
+            .map_err(|error| fault(ffd.location, error.to_string()))?;
+    for edit in &description.edits {
+        apply(&mut lattice, &edit.value).map_err(|message| fault(edit.location, message))?;
+    }
+    lattice.volume().map_err(|error| fault(ffd.location, error.to_string()))
+}
+
+/// The box with flat axes widened.
+fn padded([low, high]: [DVec3; 2]) -> [DVec3; 2] {
+    let size = high - low;
+    let padding = DVec3::splat(FLAT_AXIS_PADDING * size.max_element());
+    let padding = DVec3::select(size.cmple(DVec3::ZERO), padding, DVec3::ZERO);
+    [low - padding, high + padding]
+}
+
+fn apply(lattice: &mut ControlLattice, edit: &Edit) -> Result<(), String> {
+    let held = |error: crate::spline::HeldPoint| error.to_string();
+    match edit {
+        Edit::Move { index, to: MoveTo::By(offset) } => lattice.move_by(*index, *offset).map_err(held)?,
+        Edit::Move { index, to: MoveTo::To(place) } => lattice.move_to(*index, *place).map_err(held)?,
+        Edit::Twist { axis, angle } => lattice.twist(*axis, *angle),
+        Edit::Taper { axis, scale } => lattice.taper(*axis, *scale),
+        Edit::Bend { axis, angle, toward } => lattice.bend(*axis, *angle, *toward),
+        Edit::Bulge { axis, amount } => lattice.bulge(*axis, *amount),
+        Edit::Weight { index, value } => lattice.set_weight(*index, *value).map_err(held)?,
+        Edit::ControlPoints { path } => {
+            let points = read_lattice(path, lattice.counts())?;
+            lattice.set_all(points).map_err(held)?;
+        }
+    }
+    Ok(())
+}
+
+/// A camera that sees all objects, from the front, the right and above, with room around them.
+fn framing_camera(scene: &TracedScene) -> CameraSettings {
+    const FOV: f64 = 35.0;
+    let [low, high] = scene.bounds();
+    let target = 0.5 * (low + high);
+    let radius = (0.5 * (high - low).length()).max(f64::MIN_POSITIVE);
+    let distance = 1.1 * radius / libm::sin(0.5 * FOV.to_radians());
+    let toward = DVec3::new(0.5, -0.8, 0.45).normalize();
+    CameraSettings {
+        origin: target + distance * toward,
+        target,
+        up: DVec3::Z,
+        fov: FOV,
+        fov_axis: FovAxis::Smaller,
+    }
+}
