@@ -3,6 +3,7 @@
 //! ```text
 //! cargo bench --bench compose                     # per patch, for every degree and way
 //! cargo bench --bench compose -- --mesh MESH.obj  # the whole mesh: 3×3×3, lattice 6×6×6, twist 90°, bulge 0.25 about y
+//! cargo bench --bench compose -- --degree 3 --direct  # one degree, without interpolation
 //! cargo bench --bench compose -- --json           # one JSON object a line instead of tables
 //! ```
 //!
@@ -18,7 +19,7 @@ use glam::{DAffine3, DVec3};
 use serde_json::{Value, json};
 use trimray::mesh::{MeshTolerances, load_obj, prepare_polygons};
 use trimray::patch::{Composer, Deformation, PlanarPolygon, compose_by_interpolation, deform_polygons};
-use trimray::spline::{Axis, Cell, ControlLattice, SplineVolume};
+use trimray::spline::{Axis, Cell, ControlLattice, MAX_VOLUME_DEGREE, SplineVolume};
 use trimray::subdivide::{Frame, FrameChoice};
 
 /// Planes per timed batch: enough that a batch (0.1 ms and more) is long beside the clock's step, few enough that
@@ -37,10 +38,12 @@ const MESH_LIMIT_MS: f64 = 100.0;
 struct Arguments {
     json: bool,
     mesh: Option<PathBuf>,
+    degree: Option<usize>,
+    direct: bool,
 }
 
 fn arguments() -> Result<Arguments, String> {
-    let mut parsed = Arguments { json: false, mesh: None };
+    let mut parsed = Arguments { json: false, mesh: None, degree: None, direct: false };
     let mut rest = env::args().skip(1);
     while let Some(argument) = rest.next() {
         match argument.as_str() {
@@ -48,7 +51,17 @@ fn arguments() -> Result<Arguments, String> {
             "--bench" => {}
             "--json" => parsed.json = true,
             "--mesh" => parsed.mesh = Some(rest.next().ok_or("--mesh needs the path of an OBJ file")?.into()),
-            other => return Err(format!("unknown argument {other} (known: --json, --mesh PATH)")),
+            "--direct" => parsed.direct = true,
+            "--degree" => {
+                let degree = rest.next().and_then(|text| text.parse().ok());
+                let valid = degree.filter(|degree| (1..=MAX_VOLUME_DEGREE).contains(degree));
+                parsed.degree = Some(valid.ok_or("--degree needs a number from 1 to 4")?);
+            }
+            other => {
+                return Err(format!(
+                    "unknown argument {other} (known: --json, --degree K, --direct, --mesh PATH)"
+                ));
+            }
         }
     }
     Ok(parsed)
@@ -73,9 +86,9 @@ fn main() -> ExitCode {
         }
         return ExitCode::SUCCESS;
     }
-    for degree in [[1; 3], [2; 3], [3; 3], [4; 3]] {
+    for degree in arguments.degree.map_or(1..=4, |degree| degree..=degree) {
         for choice in [FrameChoice::Parallelogram, FrameChoice::Rectangle] {
-            for line in per_patch(degree, choice) {
+            for line in per_patch([degree; 3], choice, arguments.direct) {
                 print(&line);
             }
         }
@@ -84,33 +97,35 @@ fn main() -> ExitCode {
 }
 
 /// Composition alone, for planes in general position in one knot box.
-fn per_patch(degree: [usize; 3], choice: FrameChoice) -> Vec<Value> {
+fn per_patch(degree: [usize; 3], choice: FrameChoice, only_direct: bool) -> Vec<Value> {
     let volume = bent_volume(degree, degree.map(|k| k + 1), DVec3::ZERO, DVec3::ONE);
     let planes = general_planes(&volume, choice);
     let mut composer = Composer::default();
     let patch_degree = composer.compose(&volume, planes[0].0, &planes[0].1).degree();
+    let line = |way: &str, time: Duration| {
+        json!({
+            "bench": "compose",
+            "volume_degree": degree,
+            "frame": format!("{choice:?}").to_lowercase(),
+            "patch_degree": patch_degree,
+            "way": way,
+            "nanoseconds_per_patch": time.as_secs_f64() * 1e9 / planes.len() as f64,
+        })
+    };
     let direct = least_batch(|| {
         for (cell, frame) in &planes {
             black_box(composer.compose(black_box(&volume), *cell, black_box(frame)));
         }
     });
+    if only_direct {
+        return vec![line("direct", direct)];
+    }
     let interpolated = least_batch(|| {
         for (cell, frame) in &planes {
             black_box(compose_by_interpolation(black_box(&volume), *cell, black_box(frame), patch_degree));
         }
     });
-    [("direct", direct), ("interpolation", interpolated)]
-        .map(|(way, time)| {
-            json!({
-                "bench": "compose",
-                "volume_degree": degree,
-                "frame": format!("{choice:?}").to_lowercase(),
-                "patch_degree": patch_degree,
-                "way": way,
-                "nanoseconds_per_patch": time.as_secs_f64() * 1e9 / planes.len() as f64,
-            })
-        })
-        .into()
+    vec![line("direct", direct), line("interpolation", interpolated)]
 }
 
 fn least_batch(mut batch: impl FnMut()) -> Duration {
