@@ -146,7 +146,7 @@ fn table(info: &Info) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // writing to a string cannot fail
-        let _ = writeln!(text, "{name:<16}{value}");
+        let _ = writeln!(text, "{name:<18}{value}");
     };
     for object in &info.objects {
         line("object", object.name.clone());

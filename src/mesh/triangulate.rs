@@ -14,6 +14,7 @@ fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
 }
 
 /// Twice the signed area of a polygon, positive where it winds counter-clockwise.
+#[cfg(test)]
 pub(super) fn twice_area(points: &[DVec2]) -> f64 {
     let Some(&origin) = points.first() else {
         return 0.0;

@@ -97,7 +97,7 @@ fn faults_are_listed_with_path_and_place() {
 }
 
 /// A random legal file, and what must come of it: per face the corners' numbers of `v`, `vt` and `vn`.
-fn legal_file() -> impl Strategy<Value = (String, Vec<Vec<[Option<usize>; 3]>>)> {
+fn legal_file() -> impl Strategy<Value = (String, Vec<Vec<[Option<f64>; 3]>>)> {
     let corner = (0..9usize, proptest::option::of(0..4usize), proptest::option::of(0..3usize), any::<bool>());
     let face = proptest::collection::vec(corner, 3..7);
     proptest::collection::vec((face, any::<bool>(), any::<bool>()), 1..8).prop_map(|faces| {
@@ -123,7 +123,11 @@ fn legal_file() -> impl Strategy<Value = (String, Vec<Vec<[Option<usize>; 3]>>)>
                 text += if continued { " \\\n" } else { "" };
             }
             text += "\n";
-            expected.push(face.iter().map(|&(v, vt, vn, _)| [Some(v), vt, vn]).collect());
+            expected.push(
+                face.iter()
+                    .map(|&(v, vt, vn, _)| [Some(v), vt, vn].map(|index| index.map(|index| index as f64)))
+                    .collect(),
+            );
         }
         (text, expected)
     })
@@ -133,14 +137,14 @@ proptest! {
     #[test]
     fn legal_files_come_out_as_written((text, expected) in legal_file()) {
         let (mesh, _) = parse_obj(Path::new("x.obj"), text.as_bytes()).expect("the file is legal");
-        let found: Vec<Vec<[Option<usize>; 3]>> = mesh
+        let found: Vec<Vec<[Option<f64>; 3]>> = mesh
             .faces()
             .map(|face| {
                 face.corners()
                     .map(|corner| {
-                        let v = mesh.positions()[corner.position as usize].x as usize;
-                        let vt = corner.uv.map(|uv| mesh.uvs()[uv as usize].x as usize);
-                        let vn = corner.normal.map(|n| mesh.normals()[n as usize].x as usize);
+                        let v = mesh.positions()[corner.position as usize].x;
+                        let vt = corner.uv.map(|uv| mesh.uvs()[uv as usize].x);
+                        let vn = corner.normal.map(|n| mesh.normals()[n as usize].x);
                         [Some(v), vt, vn]
                     })
                     .collect()

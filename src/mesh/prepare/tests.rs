@@ -7,11 +7,11 @@ use super::*;
 fn mesh(faces: &[&[[f64; 3]]]) -> PolygonMesh {
     let positions: Vec<DVec3> = faces.iter().flat_map(|face| face.iter().map(|&p| p.into())).collect();
     PolygonMesh::try_new(MeshParts {
-        corners: (0..positions.len())
-            .map(|i| Corner { position: i as u32, uv: None, normal: None })
+        corners: (0..u32::try_from(positions.len()).unwrap())
+            .map(|i| Corner { position: i, uv: None, normal: None })
             .collect(),
         positions,
-        arities: faces.iter().map(|face| face.len() as u32).collect(),
+        arities: faces.iter().map(|face| u32::try_from(face.len()).unwrap()).collect(),
         face_objects: vec![0; faces.len()],
         object_names: vec!["test".into()],
         ..MeshParts::default()

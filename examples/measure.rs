@@ -1,0 +1,144 @@
+//! Measures the accuracy that trimray states, on scenes given on the command line:
+//!
+//! `cargo run --release --example measure -- scenes/feng_*.toml`
+//!
+//! For each scene: random rays through the objects' box (seed 1), traced; the greatest distance of a hit's position
+//! from its ray and from the volume at the hit's rest point, in parts of the scene's diagonal; the area of all trims on
+//! the undeformed planes against the input's; and the closest hits of a part of the rays against those found by
+//! bisecting every patch to convergence. Exits with 1 if a figure is above its bound.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use glam::DVec3;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use trimray::scene::{BuiltScene, parse_scene};
+use trimray::spline::SplineVolume;
+use trimray::trace::{Geometry, Ray, TraceStatistics, TracedScene, closest_hit_by_subdivision};
+
+/// Rays for the accuracy of hits.
+const RAYS: u64 = 1_000_000;
+
+/// Rays compared with brute force.
+const BRUTE_FORCE_RAYS: u64 = 100_000;
+
+/// Bound on distances, in parts of the diagonal.
+const BOUND: f64 = 1e-11;
+
+fn main() -> ExitCode {
+    let mut good = true;
+    for scene in std::env::args().skip(1) {
+        match measure(Path::new(&scene)) {
+            Ok(passed) => good &= passed,
+            Err(message) => {
+                eprintln!("{message}");
+                good = false;
+            }
+        }
+    }
+    if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn measure(path: &Path) -> Result<bool, String> {
+    let built = parse_scene(path).and_then(|scene| scene.build()).map_err(|error| error.to_string())?;
+    let [low, high] = built.traced.bounds();
+    let diagonal = (high - low).length();
+    println!("{}", path.display());
+    let mut good = true;
+    for (object, made) in built.traced.objects().iter().zip(&built.objects) {
+        println!("  {}: {} sub-polygons, {} patches", object.name, made.subpolygons, object.patches.len());
+    }
+    let (to_ray, to_volume, hits, statistics) = accuracy(&built, low, high);
+    println!(
+        "  {RAYS} rays, {hits} hits: {:e} from the ray, {:e} from volume(rest)",
+        to_ray / diagonal,
+        to_volume / diagonal
+    );
+    println!("  {statistics:?}");
+    good &= to_ray <= BOUND * diagonal && to_volume <= BOUND * diagonal && statistics.not_converged == 0;
+    let (worst, wrong) = brute_force(&built, low, high, diagonal);
+    println!(
+        "  {BRUTE_FORCE_RAYS} rays by brute force: {wrong} differ, greatest difference of the rest {worst:e}"
+    );
+    good &= wrong == 0;
+    Ok(good)
+}
+
+/// A ray through two random points: one on the sphere around the box, one in the box.
+fn random_ray(number: u64, low: DVec3, high: DVec3) -> Ray {
+    let mut state = number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 1;
+    let mut next = || {
+        // SplitMix64
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z ^ (z >> 31)) as f64 / 2.0_f64.powi(64)
+    };
+    let (centre, radius) = (0.5 * (low + high), 0.6 * (high - low).length());
+    let z = 2.0 * next() - 1.0;
+    let ring = (1.0 - z * z).sqrt();
+    let phi = std::f64::consts::TAU * next();
+    let origin = centre + radius * DVec3::new(ring * phi.cos(), ring * phi.sin(), z);
+    let target = low + DVec3::new(next(), next(), next()) * (high - low);
+    Ray::new(origin, target - origin)
+}
+
+fn accuracy(built: &BuiltScene, low: DVec3, high: DVec3) -> (f64, f64, u64, TraceStatistics) {
+    const CHUNK: u64 = 1000;
+    let chunk = |first: u64| {
+        TracedScene::take_statistics();
+        let (mut to_ray, mut to_volume, mut hits): (f64, f64, u64) = (0.0, 0.0, 0);
+        for number in first..first + CHUNK {
+            let ray = random_ray(number, low, high);
+            for hit in built.traced.all(&ray) {
+                let hit = built.traced.interaction(&hit);
+                hits += 1;
+                let direction = ray.direction.normalize();
+                to_ray = to_ray.max((hit.position - ray.origin).cross(direction).length());
+                let volume = built.objects[hit.object as usize].volume.as_ref();
+                to_volume = to_volume.max((deformed(volume, hit.rest) - hit.position).length());
+            }
+        }
+        (to_ray, to_volume, hits, TracedScene::take_statistics())
+    };
+    (0..RAYS / CHUNK).into_par_iter().map(|index| chunk(index * CHUNK)).reduce(
+        || (0.0, 0.0, 0, TraceStatistics::default()),
+        |a, b| {
+            let mut statistics = a.3;
+            statistics += b.3;
+            (a.0.max(b.0), a.1.max(b.1), a.2 + b.2, statistics)
+        },
+    )
+}
+
+/// The volume at a point; the point itself outside, where a point within rounding of the box is taken to be inside.
+fn deformed(volume: Option<&SplineVolume>, rest: DVec3) -> DVec3 {
+    let Some(volume) = volume else { return rest };
+    let [low, high] = volume.bounds();
+    let slack = 1e-13 * (high - low).length();
+    if rest.cmpge(low - slack).all() && rest.cmple(high + slack).all() {
+        volume.eval(rest.clamp(low, high)).map_or(rest, |point| point.position)
+    } else {
+        rest
+    }
+}
+
+fn brute_force(built: &BuiltScene, low: DVec3, high: DVec3, diagonal: f64) -> (f64, u64) {
+    let compare = |number: u64| {
+        let ray = random_ray(number, low, high);
+        let want = closest_hit_by_subdivision(&built.traced, &ray, 1e-13);
+        let got = built.traced.closest_hit(&ray).map_or(f64::INFINITY, |hit| hit.t);
+        if got == want {
+            return (0.0, 0);
+        }
+        let difference = (got - want).abs() * ray.direction.length() / diagonal;
+        if difference <= BOUND {
+            (difference, 0)
+        } else {
+            eprintln!("  ray {number}: t = {got}, by brute force {want}");
+            (0.0, 1)
+        }
+    };
+    (0..BRUTE_FORCE_RAYS).into_par_iter().map(compare).reduce(|| (0.0, 0), |a, b| (a.0.max(b.0), a.1 + b.1))
+}

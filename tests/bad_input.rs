@@ -1,0 +1,167 @@
+//! Bad input through the real program: one message a fault, exit code 2, nothing written.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use common::{CUBE, SCENE, Workplace, npy};
+
+#[test]
+fn missing_and_unusable_scene_files() {
+    let at = Workplace::new();
+    at.refuse(&["info", "nothing.toml"], &["nothing.toml: "]);
+    at.refuse(&["render", "nothing.toml"], &["nothing.toml: "]);
+    std::fs::create_dir(at.path("folder")).unwrap();
+    at.refuse(&["info", "folder"], &["folder"]);
+    at.write("empty.toml", "");
+    at.refuse(&["info", "empty.toml"], &["empty.toml", "object"]);
+    at.write("binary.toml", [0_u8, 159, 146, 150, 255, 0, 1]);
+    at.refuse(&["info", "binary.toml"], &["binary.toml:1:"]);
+    at.write("broken.toml", "[[object]\nname = 3");
+    at.refuse(&["info", "broken.toml"], &["broken.toml:1:"]);
+}
+
+#[test]
+fn missing_and_unusable_meshes() {
+    let at = Workplace::new();
+    at.refuse_scene("cube.obj", "nothing.obj", &["scene.toml:4:8: mesh ", "nothing.obj: cannot be read"]);
+    at.write("empty.obj", "");
+    at.refuse_scene("cube.obj", "empty.obj", &["empty.obj: has no faces"]);
+    at.write("binary.obj", [0_u8, 200, 1, 2, 3, 255]);
+    at.refuse_scene("cube.obj", "binary.obj", &["binary.obj:1:", "not text"]);
+    at.write("range.obj", format!("{CUBE}f 1 2 9\nf -9 1 2\nf 0 1 2\n"));
+    at.refuse_scene(
+        "cube.obj",
+        "range.obj",
+        &["range.obj:21:7: vertex index 9", "range.obj:22:3:", "range.obj:23:3:", "1 to 8"],
+    );
+    at.write("nan.obj", CUBE.replacen("v 0 0 0", "v 0 nan 0", 1).replacen("v 1 0 0", "v inf 0 0", 1));
+    at.refuse_scene(
+        "cube.obj",
+        "nan.obj",
+        &["nan.obj:1:5: `nan` is not finite", "nan.obj:2:3: `inf` is not finite"],
+    );
+    at.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+    at.refuse_scene("cube.obj", "flat.obj", &["no face has an area"]);
+}
+
+#[test]
+fn faces_of_no_area_are_reported_skipped_and_counted() {
+    let at = Workplace::new();
+    at.write("cube.obj", format!("{CUBE}f 1 2 2\nf 1 2 1\n"));
+    let run = at.succeed(&["info", "scene.toml", "--json"]);
+    let info: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let object = &info["objects"][0];
+    assert_eq!((&object["faces"], &object["patches"]), (&14.into(), &24.into()));
+    let notes = object["notes"].to_string();
+    assert!(notes.contains("of no area") && notes.contains("12") && notes.contains("13"), "{notes}");
+    let run = at.succeed(&["export", "scene.toml", "-o", "x.json"]);
+    assert!(run.stderr.contains("of no area"), "{}", run.stderr);
+}
+
+#[test]
+fn lattices_that_cannot_be() {
+    let at = Workplace::new();
+    at.refuse_scene("[2, 2, 2]", "[0, 2, 2]", &["scene.toml:7:", "0", "1 to 4"]);
+    at.refuse_scene("[2, 2, 2]", "[2, 5, 2]", &["scene.toml:7:", "5", "1 to 4"]);
+    at.refuse_scene("[4, 4, 4]", "[4, 2, 4]", &["scene.toml:8:"]);
+    at.refuse_scene("[4, 4, 4]", "[4, 4, 4]\nbounds = [[0, 0, 0], [1, 0, 1]]", &["scene.toml:9:"]);
+    at.refuse_scene(
+        "[4, 4, 4]",
+        "[4, 4, 4]\noutside = \"error\"\nbounds = [[0, 0, 0], [1, 1, 0.5]]",
+        &["face", "bounds"],
+    );
+    let edit = "twist = { axis = \"z\", angle = 90.0 }";
+    at.refuse_scene(edit, "weight = [1, 1, 1]\nvalue = 0", &["scene.toml:11:"]);
+    at.refuse_scene(edit, "weight = [1, 1, 1]\nvalue = -2.0", &["scene.toml:11:"]);
+    at.refuse_scene(edit, "move = [4, 1, 1]\nby = [0, 0, 1]", &["scene.toml:10:", "4"]);
+    at.refuse_scene(edit, "move = [1, 1, 1]\nby = [0, nan, 1]", &["scene.toml:11:"]);
+}
+
+#[test]
+fn lattice_files_of_the_wrong_shape() {
+    let at = Workplace::new();
+    let edit = "twist = { axis = \"z\", angle = 90.0 }";
+    let file = "control_points = \"lattice.npy\"";
+    at.refuse_scene(edit, file, &["scene.toml:10:", "lattice.npy", "cannot be read"]);
+    at.write("lattice.npy", npy(&[4, 4, 3, 3], &[0.5; 144]));
+    at.refuse_scene(edit, file, &["lattice.npy", "[4, 4, 3, 3]", "(4, 4, 4, 3)"]);
+    at.write("lattice.npy", npy(&[4, 4, 4, 3], &[f64::NAN; 192]));
+    at.refuse_scene(edit, file, &["lattice.npy", "[0, 0, 0]", "not finite"]);
+    at.write("lattice.npy", npy(&[4, 4, 4, 4], &[0.0; 256]));
+    at.refuse_scene(edit, file, &["lattice.npy", "weight 0"]);
+    at.write("lattice.npy", "nonsense");
+    at.refuse_scene(edit, file, &["lattice.npy", "not a .npy file"]);
+}
+
+#[test]
+fn unknown_names() {
+    let at = Workplace::new();
+    at.refuse_scene("degree", "degre", &["scene.toml:7:1: unknown key", "did you mean \"degree\""]);
+    at.refuse_scene("\"ffd\"", "\"fdd\"", &["scene.toml:6:8:", "did you mean \"ffd\""]);
+    at.refuse_scene("name = \"cube\"", "name = \"cube\"\nmaterial = \"clay\"", &["scene.toml:4:12:", "clay"]);
+    for (table, parts) in [
+        ("[[material]]\nname = \"m\"\ntype = \"difuse\"", ["unknown material", "diffuse"]),
+        ("[[light]]\ntype = \"constnt\"", ["unknown light", "constant"]),
+        ("[render]\nintegrator = \"pth\"", ["unknown integrator", "path"]),
+        ("[render]\naovs = [\"dept\"]", ["unknown aov", "depth"]),
+        ("[camera]\norigin = [0,0,1]\ntarget = [0,0,1]", ["origin", "target"]),
+        ("[film]\nsize = [0, 5]", ["size", "1"]),
+        ("[film]\nsize = [64, 64]\ncrop = [60, 0, 8, 8]", ["crop", "64"]),
+    ] {
+        at.write("scene.toml", format!("{table}\n{SCENE}"));
+        at.refuse(&["info", "scene.toml"], &[parts[0], parts[1], "scene.toml:"]);
+    }
+}
+
+#[test]
+fn all_faults_come_at_once() {
+    let at = Workplace::new();
+    at.write("bad.obj", "v 0 0 x\nf 1 2 3\n");
+    let second = SCENE.replace("\"cube\"", "\"other\"").replace("cube.obj", "bad.obj");
+    at.write("scene.toml", format!("{SCENE}{second}").replacen("cube.obj", "nothing.obj", 1));
+    at.refuse(&["info", "scene.toml"], &["nothing.obj", "bad.obj:1:7", "bad.obj:2:5"]);
+    at.write("scene.toml", SCENE.replace("degree = [2, 2, 2]", "degree = [9, 2, 2]\ncolour = 3"));
+    at.refuse(&["info", "scene.toml"], &["scene.toml:7:", "scene.toml:8:1"]);
+}
+
+#[test]
+fn bad_flags() {
+    let at = Workplace::new();
+    let render = |more: &[&str], parts: &[&str]| {
+        let arguments: Vec<_> = ["render", "scene.toml"].iter().chain(more).copied().collect();
+        at.refuse(&arguments, parts);
+    };
+    render(&["--size", "0x10"], &["--size"]);
+    render(&["--size", "10"], &["--size"]);
+    render(&["--spp", "0"], &["--spp"]);
+    render(&["--crop", "0,0,600,1"], &["512"]);
+    render(&["--max-depth", "-2"], &["--max-depth"]);
+    render(&["--integrator", "pth"], &["path"]);
+    render(&["--method", "exat"], &["exact"]);
+    render(&["--threads", "0"], &["--threads"]);
+    render(&["--nonsense"], &["--nonsense"]);
+    render(&["-o", "nowhere/x.exr"], &["nowhere"]);
+    render(&["-o", "x.jpg"], &[".exr", ".png"]);
+    at.refuse(&["export", "scene.toml", "-o", "x.stl"], &[".json"]);
+    at.refuse(&["export", "scene.toml", "-o", "nowhere/x.json"], &["nowhere"]);
+    at.refuse(&["nonsense"], &["nonsense"]);
+    at.refuse(&[], &["Usage"]);
+}
+
+#[test]
+fn bad_rays() {
+    let at = Workplace::new();
+    let trace = |parts: &[&str]| {
+        at.refuse(&["trace", "scene.toml", "--rays", "rays.npy", "-o", "hits.npz"], parts);
+    };
+    trace(&["rays.npy: cannot be read"]);
+    at.write("rays.npy", npy(&[2, 5], &[1.0; 10]));
+    trace(&["rays.npy", "[2, 5]", "(N, 6)"]);
+    at.write("rays.npy", npy(&[2, 6], &[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]));
+    trace(&["rays.npy: row 1: the direction"]);
+    at.write("rays.npy", npy(&[1, 6], &[1.0, f64::NAN, 1.0, 1.0, 1.0, 1.0]));
+    trace(&["rays.npy: row 0: not finite"]);
+    at.write("rays.npy", "");
+    trace(&["rays.npy", "not a .npy file"]);
+}
