@@ -253,9 +253,9 @@ impl AxisFactor {
         for x in 0..=M * k {
             for y in 0..=N * k {
                 let mut sums = [0.0; MAX_VOLUME_ORDER];
-                for r in 0..ORDER {
-                    for i in 0..ORDER {
-                        sums[r] += powers[i][x][y] * rows[i][r];
+                for (power, row) in powers.iter().zip(rows) {
+                    for (sum, &value) in sums.iter_mut().zip(row).take(ORDER) {
+                        *sum += power[x][y] * value;
                     }
                 }
                 self.scaled[x * (N * k + 1) + y] = sums;

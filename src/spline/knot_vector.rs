@@ -293,8 +293,9 @@ mod tests {
                     let want = knots.basis(interval, ends[0] + a * (ends[1] - ends[0]));
                     for r in 0..=k {
                         let power = |x: f64, e: usize| (0..e).fold(1.0, |p, _| p * x);
-                        let term =
-                            |i| knots.bernstein_rows(interval)[i][r] * power(a, i) * power(1.0 - a, k - i);
+                        let term = |i: usize| {
+                            knots.bernstein_rows(interval)[i][r] * power(a, i) * power(1.0 - a, k - i)
+                        };
                         let got: f64 = (0..=k).map(term).sum();
                         assert!((got - want[r]).abs() < 1e-13, "{knots:?} {interval} {a} {r}: {got}");
                     }
