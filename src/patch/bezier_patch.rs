@@ -6,7 +6,7 @@ use crate::math::bernstein::{self, MAX_DEGREE, basis_with_derivatives};
 
 /// A (rational) tensor-product Bézier patch of degree m × n over the unit square.
 ///
-/// R(s, t) = Σ P_ij B(i, m)(s) B(j, n)(t), with P_ij = (w x, w y, w z, w) and a division by the weight at the end.
+/// R(s, t) = Σ `P_ij` B(i, m)(s) B(j, n)(t), with `P_ij` = (w x, w y, w z, w) and a division by the weight at the end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BezierPatch {
     degree: [usize; 2],

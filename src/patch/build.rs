@@ -267,37 +267,12 @@ fn half(frame: &Frame, trim: &TrimRegion, axis: usize, side: Side) -> Option<(Fr
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec4;
-
     use super::*;
     use crate::patch::compose_by_interpolation;
+    use crate::test_support::{Noise, cube_triangles, random_volume};
 
-    /// Deterministic noise in [-0.5, 0.5).
-    struct Noise(u64);
-
-    impl Noise {
-        fn next(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        }
-
-        fn vector(&mut self) -> DVec3 {
-            DVec3::new(self.next(), self.next(), self.next())
-        }
-    }
-
-    fn random_volume(noise: &mut Noise, degree: [usize; 3], rational: bool) -> SplineVolume {
-        let points = degree.map(|k| k + 2);
-        let identity = SplineVolume::identity(degree, points, [DVec3::ZERO, DVec3::ONE]).unwrap();
-        let control_points: Vec<DVec4> = identity
-            .control_points()
-            .into_iter()
-            .map(|p| {
-                let weight = if rational { libm::exp(2.0 * noise.next()) } else { 1.0 };
-                (p.truncate() + 0.3 * noise.vector()).extend(weight)
-            })
-            .collect();
-        SplineVolume::try_new(identity.axes().clone(), &control_points).unwrap()
+    fn shaken_volume(noise: &mut Noise, degree: [usize; 3], rational: bool) -> SplineVolume {
+        random_volume(noise, degree, degree.map(|k| k + 2), 0.3, rational)
     }
 
     /// A triangle, in turn in a general plane and along one or two axes.
@@ -319,7 +294,7 @@ mod tests {
         let mut noise = Noise(5);
         for rational in [false, true] {
             for degree in (1..=4).flat_map(|u| (1..=4).flat_map(move |v| (1..=4).map(move |w| [u, v, w]))) {
-                let volume = random_volume(&mut noise, degree, rational);
+                let volume = shaken_volume(&mut noise, degree, rational);
                 for kind in 0..6 {
                     let corners = random_triangle(&mut noise, kind);
                     let polygons = [PlanarPolygon { face: 3, corners: &corners }];
@@ -362,7 +337,7 @@ mod tests {
         let mut noise = Noise(9);
         for degree in [[1, 2, 3], [2, 2, 2], [3, 3, 3], [4, 4, 4]] {
             for rational in [false, true] {
-                let volume = random_volume(&mut noise, degree, rational);
+                let volume = shaken_volume(&mut noise, degree, rational);
                 let corners = random_triangle(&mut noise, 5);
                 let polygons = [PlanarPolygon { face: 0, corners: &corners }];
                 let made = deform_polygons(
@@ -391,16 +366,10 @@ mod tests {
 
     #[test]
     fn the_unit_cube_gives_36_sub_polygons_and_24_patches() {
-        let corner = |i: usize| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let triangles: Vec<[DVec3; 3]> = quads
-            .iter()
-            .flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]])
-            .map(|t| t.map(corner))
-            .collect();
+        let triangles = cube_triangles();
         let polygons: Vec<_> =
             (0..).zip(&triangles).map(|(face, c)| PlanarPolygon { face, corners: c }).collect();
-        let volume = random_volume(&mut Noise(1), [2; 3], false);
+        let volume = shaken_volume(&mut Noise(1), [2; 3], false);
         assert_eq!(volume.points(), [4; 3]);
         let made =
             deform_polygons(&polygons, Deformation { volume: Some(&volume), ..Deformation::default() })
@@ -422,12 +391,11 @@ mod tests {
         let mut noise = Noise(21);
         let mut split = 0;
         for _ in 0..40 {
-            let mut points = random_volume(&mut noise, [3; 3], false).control_points();
+            let mut points = shaken_volume(&mut noise, [3; 3], false).control_points();
             for point in &mut points {
                 point.w = libm::exp(12.0 * noise.next());
             }
-            let axes =
-                crate::spline::SplineVolume::identity([3; 3], [5; 3], [DVec3::ZERO, DVec3::ONE]).unwrap();
+            let axes = SplineVolume::identity([3; 3], [5; 3], [DVec3::ZERO, DVec3::ONE]).unwrap();
             let volume = SplineVolume::try_new(axes.axes().clone(), &points).unwrap();
             let corners = random_triangle(&mut noise, 5);
             let polygons = [PlanarPolygon { face: 0, corners: &corners }];

@@ -1,7 +1,7 @@
 //! A volume's piece along a plane: the control points of the Bézier patch, by direct composition.
 //!
 //! Source: Feng, Nishita, Jin, Peng (2002), section 3.4.1, first solution; the products of Bernstein polynomials as in
-//! DeRose, Goldman, Hagen, Mann (1993). No linear system is solved, so the control points are right to a few roundings,
+//! `DeRose`, Goldman, Hagen, Mann (1993). No linear system is solved, so the control points are right to a few roundings,
 //! where the interpolation of section 3.4.2 loses up to the condition of its matrices.
 
 use glam::{DVec3, DVec4};

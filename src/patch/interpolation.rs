@@ -12,7 +12,7 @@ use super::bezier_patch::BezierPatch;
 
 /// The patch of the given degree through the volume piece's values at (i/m, j/n) of the frame.
 ///
-/// R = B_m^-1 S B_n^-T with B_n\[i\]\[j\] = B(j, n)(i/n), in two stages of curve interpolation. The condition of B_n
+/// R = B_m^-1 S B_n^-T with `B_n`\[i\]\[j\] = B(j, n)(i/n), in two stages of curve interpolation. The condition of `B_n`
 /// grows to 2.4e4 at degree 12, and the two directions multiply; the errors cancel on the surface near the nodes.
 ///
 /// Source: Feng, Nishita, Jin, Peng (2002), section 3.4.2, Eqs. (3) and (4).
@@ -54,7 +54,7 @@ pub fn compose_by_interpolation(
     BezierPatch::new(degree, net)
 }
 
-/// Solves B_n x = values for the Bernstein coefficients x, in place, by elimination with partial pivoting.
+/// Solves `B_n` x = values for the Bernstein coefficients x, in place, by elimination with partial pivoting.
 fn solve_at_nodes(degree: usize, values: &mut [DVec4]) {
     let order = degree + 1;
     let mut matrix: [[f64; MAX_ORDER]; MAX_ORDER] =
@@ -77,7 +77,7 @@ fn solve_at_nodes(degree: usize, values: &mut [DVec4]) {
     }
     for k in (0..order).rev() {
         for j in k + 1..order {
-            values[k] = values[k] - matrix[k][j] * values[j];
+            values[k] -= matrix[k][j] * values[j];
         }
         values[k] /= matrix[k][k];
     }

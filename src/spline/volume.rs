@@ -54,7 +54,7 @@ pub struct VolumePoint {
 
 /// A clamped uniform tensor-product B-spline volume, rational if its weights differ.
 ///
-/// Q(u) = Σ w_a P_a N_a(u) / Σ w_a N_a(u), with the parameters u the coordinates of the undeformed point.
+/// Q(u) = Σ `w_a` `P_a` `N_a(u)` / Σ `w_a` `N_a(u)`, with the parameters u the coordinates of the undeformed point.
 /// With control points at the Greville abscissae and equal weights it is the identity.
 ///
 /// Source: Feng, Nishita, Jin, Peng (2002), section 3.1.
@@ -84,7 +84,8 @@ impl SplineVolume {
             if !point.is_finite() {
                 return Err(VolumeError::NotFinite { index });
             }
-            if !(point.w > 0.0) {
+            // NaN was refused above
+            if point.w <= 0.0 {
                 return Err(VolumeError::Weight { index, weight: point.w });
             }
         }
@@ -214,7 +215,7 @@ impl SplineVolume {
 
     /// Bound on how much farther than the undeformed points two deformed points can be from each other.
     ///
-    /// Along an axis the derivative's control points are k (P_i+1 - P_i) / (U_i+k+1 - U_i+1); a rational volume's
+    /// Along an axis the derivative's control points are k (`P_i+1` - `P_i`) / (`U_i+k+1` - `U_i+1`); a rational volume's
     /// derivative is bounded by (greatest weight / least weight)² times that.
     ///
     /// Source: Floater (1992), *Derivatives of rational Bézier curves*, for the rational bound.
@@ -272,23 +273,18 @@ pub(crate) fn greville_points(axes: &[KnotVector; 3]) -> Vec<DVec4> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Deterministic noise in [-0.5, 0.5).
-    fn noise(seed: &mut u64) -> f64 {
-        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-    }
+    use crate::test_support::Noise;
 
     fn bent_volume(degree: [usize; 3], rational: bool) -> SplineVolume {
         let bounds = [DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 3.0, 2.5)];
         let points = degree.map(|k| k + 3);
         let axes = axes_over(degree, points, bounds).unwrap();
-        let mut seed = 7;
+        let mut noise = Noise(7);
         let control_points: Vec<_> = greville_points(&axes)
             .into_iter()
             .map(|p| {
-                let shift = DVec3::new(noise(&mut seed), noise(&mut seed), noise(&mut seed));
-                let weight = if rational { 1.0 + noise(&mut seed) } else { 1.0 };
+                let shift = noise.vector();
+                let weight = if rational { 1.0 + noise.next() } else { 1.0 };
                 (p.truncate() + 0.4 * shift).extend(weight)
             })
             .collect();
@@ -300,9 +296,9 @@ mod tests {
         for k in 1..=4 {
             let bounds = [DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 3.0, 2.5)];
             let volume = SplineVolume::identity([k, 5 - k, 2], [k + 3, 7, 4], bounds).unwrap();
-            let mut seed = 3;
+            let mut noise = Noise(3);
             for _ in 0..200 {
-                let unit = DVec3::new(noise(&mut seed), noise(&mut seed), noise(&mut seed)) + 0.5;
+                let unit = noise.vector() + 0.5;
                 let point = bounds[0] + unit * (bounds[1] - bounds[0]);
                 let got = volume.eval(point).unwrap();
                 assert!((got.position - point).length() < 4e-15, "{got:?}");

@@ -256,6 +256,7 @@ fn middle(corners: &[DVec3]) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_support::Noise;
 
     fn cube_volume() -> SplineVolume {
         SplineVolume::identity([2; 3], [4; 3], [DVec3::ZERO, DVec3::ONE]).unwrap()
@@ -321,13 +322,9 @@ mod tests {
 
     #[test]
     fn neighbours_share_new_corners_to_the_bit() {
-        let mut seed = 11_u64;
-        let mut noise = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut noise = Noise(11);
         for _ in 0..300 {
-            let mut point = || DVec3::new(noise(), noise(), noise());
+            let mut point = || noise.vector() + 0.5;
             let (a, b, c, d) = (point(), point(), point(), point());
             let pieces = [cut_one(&[a, b, c]), cut_one(&[b, a, d])];
             let on_edge = |pieces: &Pieces| -> Vec<[u64; 3]> {

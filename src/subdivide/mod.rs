@@ -4,7 +4,7 @@ mod coplanar;
 mod cut;
 mod frame;
 
-pub(crate) use coplanar::{Group, Plane, group_coplanar};
+pub(crate) use coplanar::{Group, group_coplanar};
 pub(crate) use cut::{Pieces, cut_at_knot_planes};
 pub use frame::{Frame, FrameChoice};
 pub(crate) use frame::{FramedPlane, frame_group};

@@ -181,16 +181,13 @@ fn round_up(x: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_support::Noise;
 
     #[test]
     fn traversal_visits_what_brute_force_does() {
-        let mut seed = 3_u64;
-        let mut noise = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let mut noise = Noise(3);
         for (scale, offset) in [(1.0, 0.0), (1e-6, 0.0), (1e6, 0.0), (1.0, 1e6), (1e-30, 0.0)] {
-            let mut vector = || DVec3::new(noise(), noise(), noise());
+            let mut vector = || noise.vector();
             let boxes: Vec<_> = (0..200)
                 .map(|i| {
                     let (a, b) = (vector(), vector() * if i % 3 == 0 { 0.0 } else { 0.1 });
@@ -198,8 +195,8 @@ mod tests {
                 })
                 .collect();
             let bvh = Bvh::build(&boxes);
-            for _ in 0..500 {
-                let target = boxes[(noise_index(&mut vector)) % boxes.len()];
+            for number in 0..500 {
+                let target = boxes[number * 7 % boxes.len()];
                 let origin = vector() * 3.0 * scale + offset;
                 let mut direction = 0.5 * (target[0] + target[1]) - origin;
                 if direction.x.abs() < 0.2 * scale {
@@ -224,10 +221,6 @@ mod tests {
                 }
             }
         }
-    }
-
-    fn noise_index(vector: &mut impl FnMut() -> DVec3) -> usize {
-        ((vector().x + 0.5) * 1e6) as usize
     }
 
     #[test]

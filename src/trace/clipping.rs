@@ -47,7 +47,7 @@ pub(crate) fn clip(
     (range[0] <= range[1]).then_some(range)
 }
 
-/// Where the convex hull of the points (i / degree, value_i) and all below is at or above 0.
+/// Where the convex hull of the points (i / degree, `value_i`) and all below is at or above 0.
 fn reach(values: impl Iterator<Item = f64> + Clone) -> Option<[f64; 2]> {
     let degree = (values.clone().count() - 1) as f64;
     let mut range: Option<[f64; 2]> = None;

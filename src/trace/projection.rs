@@ -38,7 +38,7 @@ impl AcrossRay {
     }
 }
 
-/// The net of a patch across a ray: F(s, t) = Σ F_ij B(i, m)(s) B(j, n)(t), zero where the ray meets the patch.
+/// The net of a patch across a ray: F(s, t) = Σ `F_ij` B(i, m)(s) B(j, n)(t), zero where the ray meets the patch.
 ///
 /// Source: Nishita, Sederberg, Kakimoto (1990), section 3: the ray as two planes.
 #[derive(Debug, Default)]
