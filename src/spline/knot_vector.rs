@@ -52,8 +52,8 @@ pub struct KnotVector {
     extraction: Vec<BernsteinRows>,
 }
 
-/// Basis functions of an interval in Bernstein form: number r is Σ_i `rows[i][r]` a^i (1 - a)^(k - i), with a from 0 to
-/// 1 over the interval.
+/// Basis functions of an interval in Bernstein form: number r is the sum over i of `rows[i][r]` a^i (1 - a)^(k - i),
+/// with a from 0 to 1 over the interval.
 pub(crate) type BernsteinRows = [LocalBasis; MAX_VOLUME_ORDER];
 
 /// Values of the basis functions that are not 0 in an interval, lowest index first.
@@ -279,18 +279,17 @@ mod tests {
 
     #[test]
     fn bernstein_rows_are_the_basis() {
+        let power = |x: f64, e: usize| (0..e).fold(1.0, |p, _| p * x);
         for knots in all_kinds() {
             let k = knots.degree();
             for (interval, ends) in knots.breakpoints().windows(2).enumerate() {
+                let rows = knots.bernstein_rows(interval);
                 for a in [-0.5_f64, 0.0, 0.3, 1.0, 1.7] {
                     let want = basis(&knots, interval, ends[0] + a * (ends[1] - ends[0]));
-                    for r in 0..=k {
-                        let power = |x: f64, e: usize| (0..e).fold(1.0, |p, _| p * x);
-                        let term = |i: usize| {
-                            knots.bernstein_rows(interval)[i][r] * power(a, i) * power(1.0 - a, k - i)
-                        };
-                        let got: f64 = (0..=k).map(term).sum();
-                        assert!((got - want[r]).abs() < 1e-13, "{knots:?} {interval} {a} {r}: {got}");
+                    for (r, want) in want.into_iter().enumerate() {
+                        let got: f64 =
+                            (0..=k).map(|i| rows[i][r] * power(a, i) * power(1.0 - a, k - i)).sum();
+                        assert!((got - want).abs() < 1e-13, "{knots:?} {interval} {a} {r}: {got}");
                     }
                 }
             }
