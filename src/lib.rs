@@ -1,4 +1,49 @@
 //! Ray tracing of exactly deformed shapes.
+//!
+//! A polygon mesh is deformed by a B-spline volume (free-form deformation), and the result is kept as trimmed (rational)
+//! Bézier patches, without approximation. Rays are traced against those patches directly. The modules are the stages, and
+//! each uses only those before it:
+//!
+//! 1. [`mesh`]: OBJ files to convex planar polygons
+//! 2. [`spline`]: knot vectors, the control lattice and its edits, the volume
+//! 3. [`subdivide`]: polygons cut at the knot planes, coplanar pieces grouped, each group in an affine frame
+//! 4. [`patch`]: the volume composed with the frame: Bézier patches with trims
+//! 5. [`trace`]: rays against patches: acceleration structure, Bézier clipping, Newton's method
+//! 6. [`film`], [`shade`], [`render`]: from hits to a picture
+//! 7. [`scene`]: scene files; [`export`]: the exact patches for other programs; [`cli`]: the commands
+//!
+//! # Guarantees
+//! A patch is the volume on its plane to 1e-12 of the diagonal; hits are on their ray and on the surface to 1e-11; no part
+//! of a patch is left out unless its control points prove that the ray misses it.
+//!
+//! # Non-guarantees
+//! Meshes are not repaired. A ray that lies in a flat face hits only the faces beside it; tangent rays, within rounding, may
+//! count once or not at all.
+//!
+//! # Example
+//! The unit square at mid-height of a twisted unit cube, hit from above:
+//!
+//! ```
+//! use glam::DVec3;
+//! use trimray::patch::{Deformation, PlanarPolygon, deform_polygons};
+//! use trimray::spline::{Axis, ControlLattice};
+//! use trimray::trace::{Geometry, NoUvs, Ray, TracedObject, TracedScene};
+//!
+//! let mut lattice = ControlLattice::identity([2; 3], [4; 3], [DVec3::ZERO, DVec3::ONE], 0)?;
+//! lattice.twist(Axis::Z, 90.0);
+//! let volume = lattice.volume()?;
+//!
+//! let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.4));
+//! let square = PlanarPolygon { face: 0, corners: &corners };
+//! let made = deform_polygons(&[square], Deformation { volume: Some(&volume), ..Default::default() })?;
+//!
+//! let square = TracedObject { name: "square".into(), patches: made.patches, uvs: Box::new(NoUvs) };
+//! let scene = TracedScene::new(vec![square]);
+//! let hit = scene.closest_hit(&Ray::new(DVec3::new(0.6, 0.5, 2.0), DVec3::NEG_Z)).expect("it is hit");
+//! let exact = volume.eval(hit.rest).expect("inside the lattice");
+//! assert!((hit.position - exact.position).length() < 1e-15);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod arrays;
 pub mod cli;

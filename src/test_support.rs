@@ -1,11 +1,11 @@
 //! What several unit tests need: noise, volumes and solids.
 
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DVec3, DVec4};
 
 use crate::patch::{Deformation, PlanarPolygon, TrimmedPatch, deform_polygons};
 use crate::spline::SplineVolume;
 use crate::subdivide::FrameChoice;
-use crate::trace::{TracedObject, TracedScene, UvLookup};
+use crate::trace::{NoUvs, TracedObject, TracedScene};
 
 /// Deterministic noise.
 pub(crate) struct Noise(pub(crate) u64);
@@ -104,15 +104,6 @@ pub(crate) fn deform(
 ) -> Vec<TrimmedPatch> {
     let polygons: Vec<_> = (0..).zip(triangles).map(|(face, c)| PlanarPolygon { face, corners: c }).collect();
     deform_polygons(&polygons, Deformation { volume, frame }).unwrap().patches
-}
-
-#[derive(Debug)]
-pub(crate) struct NoUvs;
-
-impl UvLookup for NoUvs {
-    fn uv(&self, _: u32, _: DVec3) -> DVec2 {
-        DVec2::NAN
-    }
 }
 
 pub(crate) fn scene_of(patches: Vec<TrimmedPatch>) -> TracedScene {

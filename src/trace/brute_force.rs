@@ -11,11 +11,11 @@ use super::projection::{AcrossRay, ProjectedNet, excludes_zero, range};
 use super::scene::TracedScene;
 
 /// A box this small in both parameters is a zero if its hull still holds one: its image is far below any tolerance.
-const SMALLEST: f64 = 1.0 / (1_u64 << 50) as f64;
+const SMALLEST: f64 = 1.0 / (1_u64 << 46) as f64;
 
 /// The nearest hit over all patches by bisection alone: its `t`, or infinity.
 ///
-/// A box of a patch's net that cannot hold a zero is dropped, the rest is halved until it is 2^-50 wide; what is left
+/// A box of a patch's net that cannot hold a zero is dropped, the rest is halved until it is 2^-46 wide; what is left
 /// is tested against the trim with the tolerance `border` along s and t.
 pub fn closest_hit_by_subdivision(scene: &TracedScene, ray: &Ray, border: f64) -> f64 {
     let across = AcrossRay::new(ray);

@@ -14,5 +14,5 @@ mod statistics;
 pub use brute_force::closest_hit_by_subdivision;
 pub use interaction::{Geometry, SurfaceInteraction};
 pub use ray::Ray;
-pub use scene::{PatchHit, TracedObject, TracedScene, UvLookup};
+pub use scene::{NoUvs, PatchHit, TracedObject, TracedScene, UvLookup};
 pub use statistics::TraceStatistics;

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use crate::math::rounding::gamma;
 use crate::patch::{TrimLoop, TrimmedPatch};
 
-use super::bvh::Bvh;
+use super::bvh::{Bvh, Stack};
 use super::interaction::{Geometry, SurfaceInteraction};
 use super::projection::{AcrossRay, ProjectedNet};
 use super::ray::Ray;
@@ -22,6 +22,16 @@ const EVAL_OPERATIONS: u32 = 64;
 pub trait UvLookup: Send + Sync + std::fmt::Debug {
     /// Texture coordinates of `polygon` at `rest`.
     fn uv(&self, polygon: u32, rest: DVec3) -> DVec2;
+}
+
+/// The texture coordinates of an object that has none.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoUvs;
+
+impl UvLookup for NoUvs {
+    fn uv(&self, _polygon: u32, _rest: DVec3) -> DVec2 {
+        DVec2::NAN
+    }
 }
 
 /// An object as patches.
@@ -78,6 +88,13 @@ pub struct TracedScene {
 /// Buffers and counts of one thread.
 #[derive(Debug, Default)]
 struct Scratch {
+    stack: Stack,
+    solver: Solver,
+}
+
+/// Buffers and counts of the search for roots.
+#[derive(Debug, Default)]
+struct Solver {
     net: ProjectedNet,
     search: SearchScratch,
     statistics: TraceStatistics,
@@ -138,7 +155,7 @@ impl TracedScene {
 
     /// Takes the counts of the calling thread, leaving zeros.
     pub fn take_statistics() -> TraceStatistics {
-        SCRATCH.with_borrow_mut(|scratch| std::mem::take(&mut scratch.statistics))
+        SCRATCH.with_borrow_mut(|scratch| std::mem::take(&mut scratch.solver.statistics))
     }
 
     /// The nearest hit.
@@ -169,10 +186,11 @@ impl TracedScene {
     /// Calls `accept` with every hit of the patches met on the way; it returns the new greatest `t`.
     fn visit(&self, ray: &Ray, mut accept: impl FnMut(PatchHit, f64) -> f64) {
         SCRATCH.with_borrow_mut(|scratch| {
-            scratch.statistics.rays += 1;
+            let Scratch { stack, solver } = scratch;
+            solver.statistics.rays += 1;
             let across = AcrossRay::new(ray);
-            self.bvh.traverse(ray, |index, mut t_max| {
-                self.intersect(index, ray, &across, scratch, |hit| {
+            self.bvh.traverse(ray, stack, |index, mut t_max| {
+                self.intersect(index, ray, &across, solver, |hit| {
                     if hit.t <= t_max {
                         t_max = accept(hit, t_max);
                     }
@@ -188,12 +206,12 @@ impl TracedScene {
         index: usize,
         ray: &Ray,
         across: &AcrossRay,
-        scratch: &mut Scratch,
+        solver: &mut Solver,
         mut report: impl FnMut(PatchHit),
     ) {
         let reference = &self.references[index];
         let trimmed = &self.objects[reference.object as usize].patches[reference.patch as usize];
-        let Scratch { net, search, statistics } = scratch;
+        let Solver { net, search, statistics } = solver;
         statistics.patch_tests += 1;
         net.project(&trimmed.patch, across, across.rounding(reference.magnitude, reference.greatest_weight));
         if net.misses() {
