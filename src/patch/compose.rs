@@ -17,9 +17,6 @@ use super::bezier_patch::BezierPatch;
 /// Coefficients of an axis' factor: both of its degrees at most that of a volume.
 const FACTOR_SIZE: usize = MAX_VOLUME_ORDER * MAX_VOLUME_ORDER;
 
-/// Numbers in a homogeneous point.
-const COMPONENTS: usize = 4;
-
 /// The basis functions of one axis along the frame, as polynomials in (s, t).
 #[derive(Debug, Default)]
 struct AxisFactor {
@@ -34,8 +31,8 @@ struct AxisFactor {
 #[derive(Debug, Default)]
 pub struct Composer {
     factors: [AxisFactor; 3],
-    from: Vec<f64>,
-    to: Vec<f64>,
+    from: Vec<DVec4>,
+    to: Vec<DVec4>,
 }
 
 impl Composer {
@@ -75,8 +72,7 @@ impl Composer {
                 index[order[1]] = cell[order[1]] + b;
                 for c in 0..=degree[order[2]] {
                     index[order[2]] = cell[order[2]] + c;
-                    let point = volume.homogeneous(index[0], index[1], index[2]);
-                    self.from.extend_from_slice(&point.to_array());
+                    self.from.push(volume.homogeneous(index[0], index[1], index[2]));
                 }
             }
         }
@@ -89,7 +85,7 @@ impl Composer {
         let size = |[m, n]: [usize; 2]| (m + 1) * (n + 1);
         let run = self.from.len() / (size(degree) * (axis_degree + 1));
         self.to.clear();
-        self.to.resize(size(summed) * run, 0.0);
+        self.to.resize(size(summed) * run, DVec4::ZERO);
         let product = Product { factor, degree, run };
         match axis_degree {
             1 => product.add::<2>(&self.from, &mut self.to),
@@ -108,7 +104,7 @@ struct Product<'a> {
     factor: &'a AxisFactor,
     /// Of the polynomials.
     degree: [usize; 2],
-    /// Numbers for each coefficient and basis function.
+    /// Points for each coefficient and basis function.
     run: usize,
 }
 
@@ -118,7 +114,7 @@ impl Product<'_> {
     /// `from`: s coefficient, t coefficient, basis function, array, the last fastest; `to` the same without the basis
     /// function. The loops over basis functions and over a factor's row have lengths known when compiling, so that sums
     /// stay in registers.
-    fn add<const ORDER: usize>(&self, from: &[f64], to: &mut [f64]) {
+    fn add<const ORDER: usize>(&self, from: &[DVec4], to: &mut [DVec4]) {
         if self.factor.degree[1] == 0 {
             self.add_rows::<ORDER, 1>(from, to);
         } else {
@@ -126,7 +122,7 @@ impl Product<'_> {
         }
     }
 
-    fn add_rows<const ORDER: usize, const ROW: usize>(&self, from: &[f64], to: &mut [f64]) {
+    fn add_rows<const ORDER: usize, const ROW: usize>(&self, from: &[DVec4], to: &mut [DVec4]) {
         let (run, n) = (self.run, self.degree[1]);
         let stride = (n + ROW) * run;
         let (weights, _) = self.factor.scaled.as_chunks::<ROW>();
@@ -135,11 +131,7 @@ impl Product<'_> {
             for (j, from) in from_row.chunks_exact(ORDER * run).enumerate() {
                 for (x, weights) in weights.iter().enumerate() {
                     let to = &mut to[(i + x) * stride + j * run..][..ROW * run];
-                    if run == COMPONENTS {
-                        add_points::<ORDER, ROW>(from, weights, to);
-                    } else {
-                        add_runs::<ORDER, ROW>(from, weights, to);
-                    }
+                    add_run::<ORDER, ROW>(run, from, weights, to);
                 }
             }
         }
@@ -147,36 +139,18 @@ impl Product<'_> {
 }
 
 /// Adds to each of the `ROW` arrays of `to` the sum of the `ORDER` arrays of `from` with its weights.
-fn add_runs<const ORDER: usize, const ROW: usize>(from: &[f64], weights: &[LocalBasis; ROW], to: &mut [f64]) {
-    let run = from.len() / ORDER;
-    let runs: [&[f64]; ORDER] = std::array::from_fn(|r| &from[r * run..][..run]);
-    for (to, weights) in to.chunks_exact_mut(run).zip(weights) {
-        for (j, sum) in to.iter_mut().enumerate() {
-            let mut product = weights[0] * runs[0][j];
-            for r in 1..ORDER {
-                product += weights[r] * runs[r][j];
-            }
-            *sum += product;
-        }
-    }
-}
-
-/// As [`add_runs`] for arrays of one point, where most of the work is.
-fn add_points<const ORDER: usize, const ROW: usize>(
-    from: &[f64],
+fn add_run<const ORDER: usize, const ROW: usize>(
+    run: usize,
+    from: &[DVec4],
     weights: &[LocalBasis; ROW],
-    to: &mut [f64],
+    to: &mut [DVec4],
 ) {
-    let (from, _) = from.as_chunks::<COMPONENTS>();
-    let points: [[f64; COMPONENTS]; ORDER] = std::array::from_fn(|r| from[r]);
-    let (to, _) = to.as_chunks_mut::<COMPONENTS>();
-    for (sum, weights) in to.iter_mut().zip(weights) {
-        for c in 0..COMPONENTS {
-            let mut product = weights[0] * points[0][c];
-            for r in 1..ORDER {
-                product += weights[r] * points[r][c];
+    for j in 0..run {
+        let points: [DVec4; ORDER] = std::array::from_fn(|r| from[r * run + j]);
+        for (sum, weights) in to[j..].iter_mut().step_by(run).zip(weights) {
+            for r in 0..ORDER {
+                *sum += weights[r] * points[r];
             }
-            sum[c] += product;
         }
     }
 }
@@ -190,13 +164,12 @@ fn axis_order(factors: &[AxisFactor; 3]) -> [usize; 3] {
 }
 
 /// Divides the scaled coefficients by their binomials; weights of a volume that is not rational are exactly 1.
-fn unscale(scaled: &[f64], [m, n]: [usize; 2], rational: bool) -> Vec<DVec4> {
-    let (scaled, _) = scaled.as_chunks::<COMPONENTS>();
+fn unscale(scaled: &[DVec4], [m, n]: [usize; 2], rational: bool) -> Vec<DVec4> {
     let mut control_points = Vec::with_capacity(scaled.len());
     for (i, row) in scaled.chunks_exact(n + 1).enumerate() {
         let row_factor = inverse_binomial(m, i);
         for (j, &sum) in row.iter().enumerate() {
-            let point = DVec4::from_array(sum) * (row_factor * inverse_binomial(n, j));
+            let point = sum * (row_factor * inverse_binomial(n, j));
             control_points.push(if rational { point } else { point.truncate().extend(1.0) });
         }
     }
@@ -253,9 +226,9 @@ impl AxisFactor {
         for x in 0..=M * k {
             for y in 0..=N * k {
                 let mut sums = [0.0; MAX_VOLUME_ORDER];
-                for (power, row) in powers.iter().zip(rows) {
-                    for (sum, &value) in sums.iter_mut().zip(row).take(ORDER) {
-                        *sum += power[x][y] * value;
+                for (r, sum) in sums[..ORDER].iter_mut().enumerate() {
+                    for (i, power) in powers.iter().enumerate() {
+                        *sum += power[x][y] * rows[i][r];
                     }
                 }
                 self.scaled[x * (N * k + 1) + y] = sums;
