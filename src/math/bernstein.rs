@@ -78,6 +78,7 @@ pub(crate) struct BasisValues {
 ///
 /// # Panics
 /// If `degree` is above [`MAX_DEGREE`].
+#[inline(always)]
 pub(crate) fn basis_with_derivatives(degree: usize, t: f64) -> BasisValues {
     let mut value = [0.0; MAX_ORDER];
     let mut derivative = [0.0; MAX_ORDER];

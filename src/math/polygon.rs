@@ -40,11 +40,9 @@ pub(crate) fn clip(corners: &[DVec2], axis: usize, value: f64, side: Side, kept:
     }
 }
 
-/// Lowest and highest corner of the bounding rectangle.
-pub(crate) fn bounds(corners: &[DVec2]) -> [DVec2; 2] {
-    corners.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], &corner| {
-        [low.min(corner), high.max(corner)]
-    })
+/// Lowest and highest corner of the bounding rectangle; `None` without corners.
+pub(crate) fn bounds(corners: impl IntoIterator<Item = DVec2>) -> Option<[DVec2; 2]> {
+    corners.into_iter().map(|corner| [corner; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
 
 #[cfg(test)]

@@ -80,6 +80,23 @@ impl BezierPatch {
         from_homogeneous(sums)
     }
 
+    /// As [`Self::eval`], to the bit, with the degrees that occur most compiled apart.
+    #[inline(always)]
+    pub(crate) fn eval_fixed(&self, st: DVec2) -> PatchPoint {
+        let points = self.control_points.as_slice();
+        let sums = match self.degree {
+            [1, 1] => eval_degrees::<2, 2>(points, st),
+            [2, 2] => eval_degrees::<3, 3>(points, st),
+            [2, 4] => eval_degrees::<3, 5>(points, st),
+            [3, 3] => eval_degrees::<4, 4>(points, st),
+            [3, 6] => eval_degrees::<4, 7>(points, st),
+            [4, 4] => eval_degrees::<5, 5>(points, st),
+            [6, 6] => eval_degrees::<7, 7>(points, st),
+            _ => return self.eval(st),
+        };
+        from_homogeneous(sums)
+    }
+
     /// Lowest and highest corner of the control points' box, which holds the patch over the unit square.
     ///
     /// Only if all weights are positive.
@@ -104,7 +121,28 @@ impl BezierPatch {
     }
 }
 
+/// Homogeneous value and partials of a net of M × N control points.
+#[inline(always)]
+fn eval_degrees<const M: usize, const N: usize>(points: &[DVec4], st: DVec2) -> [DVec4; 3] {
+    let along_s = basis_with_derivatives(M - 1, st.x);
+    let along_t = basis_with_derivatives(N - 1, st.y);
+    let mut sums = [DVec4::ZERO; 3];
+    for i in 0..M {
+        let row: &[DVec4; N] = points[i * N..][..N].try_into().expect("a row has N points");
+        let (mut value, mut slope) = (DVec4::ZERO, DVec4::ZERO);
+        for (j, &point) in row.iter().enumerate() {
+            value += along_t.value[j] * point;
+            slope += along_t.derivative[j] * point;
+        }
+        sums[0] += along_s.value[i] * value;
+        sums[1] += along_s.derivative[i] * value;
+        sums[2] += along_s.value[i] * slope;
+    }
+    sums
+}
+
 /// Divides by the weight: the one place where homogeneous values become points and partials.
+#[inline(always)]
 fn from_homogeneous([value, by_s, by_t]: [DVec4; 3]) -> PatchPoint {
     let position = value.truncate() / value.w;
     let partial = |slope: DVec4| (slope.truncate() - slope.w * position) / value.w;

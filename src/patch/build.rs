@@ -253,10 +253,7 @@ fn half(frame: &Frame, trim: &TrimRegion, axis: usize, side: Side) -> Option<(Fr
             clipped.push(trim_loop.polygon, trim_loop.face, kept.iter().copied());
         }
     }
-    if clipped.loops().is_empty() {
-        return None;
-    }
-    let [low, high] = clipped.bounds();
+    let [low, high] = clipped.bounds()?;
     let mut fitted = TrimRegion::default();
     for trim_loop in clipped.loops() {
         let corners = clipped.corners(trim_loop).iter().map(|&st| (st - low) / (high - low));

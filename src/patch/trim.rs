@@ -46,9 +46,14 @@ impl TrimRegion {
         size_of_val(&*self.corners) + size_of_val(&*self.loops)
     }
 
-    /// Lowest and highest corner of the bounding rectangle.
-    pub(crate) fn bounds(&self) -> [DVec2; 2] {
-        polygon::bounds(&self.corners)
+    /// Lowest and highest corner of the bounding rectangle; `None` if the region is empty.
+    pub(crate) fn bounds(&self) -> Option<[DVec2; 2]> {
+        polygon::bounds(self.corners.iter().copied())
+    }
+
+    /// Whether one loop, closed, holds a point that may be off by `tolerance` along s and t.
+    pub(crate) fn holds(&self, trim_loop: &TrimLoop, st: DVec2, tolerance: DVec2) -> bool {
+        holds(self.corners(trim_loop), st, tolerance)
     }
 
     /// Whether any loop has a point in the closed rectangle `[low, high]`.

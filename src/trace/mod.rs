@@ -4,6 +4,8 @@ mod brute_force;
 mod bvh;
 mod clipping;
 mod interaction;
+mod leaf;
+mod leaf_test;
 mod newton;
 mod projection;
 mod ray;

@@ -5,10 +5,12 @@ use std::cell::RefCell;
 use glam::{DVec2, DVec3};
 
 use crate::math::rounding::gamma;
-use crate::patch::{TrimLoop, TrimmedPatch};
+use crate::patch::{TrimLoop, TrimRegion, TrimmedPatch};
 
 use super::bvh::{Bvh, Stack};
 use super::interaction::{Geometry, SurfaceInteraction};
+use super::leaf::{Cover, Leaf, LeafBuilder};
+use super::leaf_test::{LeafOutcome, polish, test_leaf};
 use super::projection::{AcrossRay, ProjectedNet};
 use super::ray::Ray;
 use super::search::{PatchRoot, SearchScratch, find_roots};
@@ -56,6 +58,8 @@ pub struct PatchHit {
     pub patch: u32,
     /// Parameters in the patch.
     pub st: DVec2,
+    /// Bound on their error, by rounding.
+    pub st_error: DVec2,
     /// Index of the input face.
     pub face: u32,
     /// Index of the prepared polygon.
@@ -82,6 +86,9 @@ struct PatchReference {
 pub struct TracedScene {
     objects: Vec<TracedObject>,
     references: Vec<PatchReference>,
+    leaves: Vec<Leaf>,
+    /// The loops of leaves that borders cross, as indices into their patch's loops.
+    leaf_loops: Vec<u32>,
     bvh: Bvh,
 }
 
@@ -108,7 +115,7 @@ impl TracedScene {
     /// Builds the acceleration structure over all patches.
     pub fn new(objects: Vec<TracedObject>) -> Self {
         let mut references = Vec::new();
-        let mut boxes = Vec::new();
+        let (mut leaves, mut boxes, mut leaf_loops) = (Vec::new(), Vec::new(), Vec::new());
         for (object, traced) in (0..).zip(&objects) {
             for (patch, trimmed) in (0..).zip(&traced.patches) {
                 let points = trimmed.patch.control_points();
@@ -120,14 +127,14 @@ impl TracedScene {
                     greatest_weight: weights.clone().fold(0.0, f64::max),
                     least_weight: weights.fold(f64::INFINITY, f64::min),
                 };
-                let [low, high] = trimmed.patch.hull_bounds();
+                let number = u32::try_from(references.len()).expect("fewer than 2^32 patches fit in memory");
                 let error = reference.position_error() + trimmed.boundary_error;
-                boxes.push([low - error, high + error]);
+                LeafBuilder::split(number, trimmed, error, (&mut leaves, &mut boxes, &mut leaf_loops));
                 references.push(reference);
             }
         }
         let bvh = Bvh::build(&boxes);
-        Self { objects, references, bvh }
+        Self { objects, references, leaves, leaf_loops, bvh }
     }
 
     /// The objects.
@@ -137,7 +144,9 @@ impl TracedScene {
 
     /// Leaves, nodes and bytes of the acceleration structure.
     pub fn acceleration(&self) -> (usize, usize, usize) {
-        (self.references.len(), self.bvh.nodes(), self.bvh.bytes() + size_of_val(&*self.references))
+        let bytes =
+            size_of_val(&*self.leaves) + size_of_val(&*self.leaf_loops) + size_of_val(&*self.references);
+        (self.leaves.len(), self.bvh.nodes(), self.bvh.bytes() + bytes)
     }
 
     /// Lowest and highest corner of a box around one object's surface; not the tightest.
@@ -169,78 +178,127 @@ impl TracedScene {
             }
             t_max.min(hit.t)
         });
-        best
+        best.map(|hit| self.polished(hit, ray))
     }
 
     /// All hits, sorted along the ray.
     pub fn all(&self, ray: &Ray) -> Vec<PatchHit> {
-        let mut hits = Vec::new();
+        let mut hits: Vec<PatchHit> = Vec::new();
         self.visit(ray, |hit, t_max| {
-            hits.push(hit);
+            // leaves of a patch overlap by rounding
+            let same = |other: &PatchHit| {
+                let error = 2.0 * (hit.st_error + other.st_error);
+                (other.object, other.patch) == (hit.object, hit.patch)
+                    && (other.st - hit.st).abs().cmple(error).all()
+            };
+            if !hits.iter().any(same) {
+                hits.push(hit);
+            }
             t_max
         });
+        for hit in &mut hits {
+            *hit = self.polished(*hit, ray);
+        }
         hits.sort_by(|a, b| a.t.total_cmp(&b.t).then((a.object, a.patch).cmp(&(b.object, b.patch))));
         hits
     }
 
-    /// Calls `accept` with every hit of the patches met on the way; it returns the new greatest `t`.
+    /// The hit after a last Newton step on the exact patch.
+    fn polished(&self, hit: PatchHit, ray: &Ray) -> PatchHit {
+        if hit.tangent {
+            return hit;
+        }
+        let trimmed = &self.objects[hit.object as usize].patches[hit.patch as usize];
+        let (st, t) = polish(&trimmed.patch, ray, hit.st);
+        PatchHit { st, t, ..hit }
+    }
+
+    /// Calls `accept` with every hit of the leaves met on the way; it returns the new greatest `t`.
+    #[inline(always)]
     fn visit(&self, ray: &Ray, mut accept: impl FnMut(PatchHit, f64) -> f64) {
         SCRATCH.with_borrow_mut(|scratch| {
             let Scratch { stack, solver } = scratch;
             solver.statistics.rays += 1;
-            let across = AcrossRay::new(ray);
             self.bvh.traverse(ray, stack, |index, mut t_max| {
-                self.intersect(index, ray, &across, solver, |hit| {
-                    if hit.t <= t_max {
+                let target = self.target(index);
+                let Target { leaf, reference, trimmed } = target;
+                solver.statistics.leaf_tests += 1;
+                let steps = &mut solver.statistics.newton_steps;
+                let outcome = test_leaf(leaf, &trimmed.patch, ray, t_max, steps);
+                let mut report = |hit: Option<PatchHit>| {
+                    if let Some(hit) =
+                        hit.filter(|hit| hit.t > ray.t_min && hit.t < ray.t_max && hit.t <= t_max)
+                    {
                         t_max = accept(hit, t_max);
                     }
-                });
+                };
+                match outcome {
+                    LeafOutcome::Miss => {}
+                    LeafOutcome::Hit(hit) => {
+                        let root = PatchRoot { st: hit.st, sensitivity: hit.sensitivity, degenerate: false };
+                        let error = reference.position_error() + trimmed.boundary_error;
+                        report(self.trimmed_hit(&target, root, hit.t, error, &mut solver.statistics));
+                    }
+                    LeafOutcome::Undecided => {
+                        clip_leaf(&target, ray, solver);
+                        let across = solver.net.rounding / reference.least_weight;
+                        let error = (across + trimmed.boundary_error) * reference.greatest_weight;
+                        for &root in &solver.search.roots {
+                            let position = trimmed.patch.eval(root.st).position;
+                            let t =
+                                (position - ray.origin).dot(ray.direction) / ray.direction.length_squared();
+                            report(self.trimmed_hit(&target, root, t, error, &mut solver.statistics));
+                        }
+                    }
+                }
                 t_max
             });
         });
     }
 
-    /// All hits of one patch.
-    fn intersect(
-        &self,
-        index: usize,
-        ray: &Ray,
-        across: &AcrossRay,
-        solver: &mut Solver,
-        mut report: impl FnMut(PatchHit),
-    ) {
-        let reference = &self.references[index];
+    #[inline(always)]
+    fn target(&self, leaf: usize) -> Target<'_> {
+        let leaf = &self.leaves[leaf];
+        let reference = &self.references[leaf.patch as usize];
         let trimmed = &self.objects[reference.object as usize].patches[reference.patch as usize];
-        let Solver { net, search, statistics } = solver;
-        statistics.patch_tests += 1;
-        net.project(&trimmed.patch, across, across.rounding(reference.magnitude, reference.greatest_weight));
-        if net.misses() {
-            return;
-        }
-        find_roots(net, search, statistics);
-        for root in &search.roots {
-            let error = net.rounding / reference.least_weight + trimmed.boundary_error;
-            let Some((trim_loop, on_border)) = find_loop(trimmed, root, error * reference.greatest_weight)
-            else {
-                statistics.trimmed += 1;
-                continue;
-            };
-            statistics.on_border += u64::from(on_border);
-            let position = trimmed.patch.eval(root.st).position;
-            let t = (position - ray.origin).dot(ray.direction) / ray.direction.length_squared();
-            if t > ray.t_min && t < ray.t_max {
-                report(PatchHit {
-                    t,
-                    object: reference.object,
-                    patch: reference.patch,
-                    st: root.st,
-                    face: trim_loop.face,
-                    polygon: trim_loop.polygon,
-                    tangent: root.degenerate,
-                    on_border,
-                });
+        Target { leaf, reference, trimmed }
+    }
+
+    /// The hit of a root, if it is inside the trim.
+    #[inline(always)]
+    fn trimmed_hit(
+        &self,
+        target: &Target<'_>,
+        root: PatchRoot,
+        t: f64,
+        error: f64,
+        statistics: &mut TraceStatistics,
+    ) -> Option<PatchHit> {
+        let Target { leaf, reference, trimmed: TrimmedPatch { trim, .. } } = target;
+        let st_error = root.tolerance(error);
+        let (trim_loop, on_border) = match leaf.cover {
+            Cover::Inside(index) => (&trim.loops()[index as usize], false),
+            Cover::Crossed { start, end } => {
+                let loops = &self.leaf_loops[start as usize..end as usize];
+                let Some(found) = find_loop(trim, loops, root.st, st_error) else {
+                    statistics.trimmed += 1;
+                    return None;
+                };
+                found
             }
-        }
+        };
+        statistics.on_border += u64::from(on_border);
+        Some(PatchHit {
+            t,
+            object: reference.object,
+            patch: reference.patch,
+            st: root.st,
+            st_error,
+            face: trim_loop.face,
+            polygon: trim_loop.polygon,
+            tangent: root.degenerate,
+            on_border,
+        })
     }
 
     /// Everything shading needs of a hit.
@@ -271,6 +329,29 @@ impl TracedScene {
     }
 }
 
+/// A leaf with its patch.
+#[derive(Clone, Copy)]
+struct Target<'a> {
+    leaf: &'a Leaf,
+    reference: &'a PatchReference,
+    trimmed: &'a TrimmedPatch,
+}
+
+/// All roots of a leaf by Bézier clipping, into the solver's buffer.
+#[cold]
+#[inline(never)]
+fn clip_leaf(target: &Target<'_>, ray: &Ray, solver: &mut Solver) {
+    let Target { leaf, reference, trimmed } = target;
+    let Solver { net, search, statistics } = solver;
+    statistics.fallbacks += 1;
+    search.roots.clear();
+    let across = AcrossRay::new(ray);
+    net.project(&trimmed.patch, &across, across.rounding(reference.magnitude, reference.greatest_weight));
+    if !net.misses() {
+        find_roots(net, [leaf.low, leaf.high], search, statistics);
+    }
+}
+
 impl PatchReference {
     /// Bound on the rounding of each coordinate of an evaluated point.
     fn position_error(&self) -> f64 {
@@ -279,17 +360,28 @@ impl PatchReference {
     }
 }
 
-/// The trim loop of a root, and whether only the tolerance makes it belong.
-///
-/// `error` bounds how far off the ray the root and the border may be, by rounding.
-fn find_loop<'a>(trimmed: &'a TrimmedPatch, root: &PatchRoot, error: f64) -> Option<(&'a TrimLoop, bool)> {
-    // a tangent root is sensitive to the square root of errors alone, so the linear bound is capped there
-    let cap = libm::sqrt(f64::EPSILON);
-    let tolerance = (error * root.sensitivity).min(DVec2::splat(cap)) + 4.0 * f64::EPSILON;
-    if let Some(inside) = trimmed.trim.find(root.st, DVec2::ZERO) {
-        return Some((inside, false));
+impl PatchRoot {
+    /// How far off the root's parameters may be, for an error of the ray, the surface and its border in the world.
+    fn tolerance(&self, error: f64) -> DVec2 {
+        // a tangent root is sensitive to the square root of errors alone, so the linear bound is capped there
+        let cap = DVec2::splat(f64::EPSILON.sqrt());
+        (error * self.sensitivity).min(cap) + 4.0 * f64::EPSILON
     }
-    trimmed.trim.find(root.st, tolerance).map(|near| (near, true))
+}
+
+/// The first of some loops that holds a point, else the first within the tolerance; and whether it took that.
+#[inline(always)]
+fn find_loop<'a>(
+    trim: &'a TrimRegion,
+    loops: &[u32],
+    st: DVec2,
+    tolerance: DVec2,
+) -> Option<(&'a TrimLoop, bool)> {
+    let find = |tolerance| {
+        let mut candidates = loops.iter().map(|&index| &trim.loops()[index as usize]);
+        candidates.find(|trim_loop| trim.holds(trim_loop, st, tolerance))
+    };
+    find(DVec2::ZERO).map(|found| (found, false)).or_else(|| find(tolerance).map(|found| (found, true)))
 }
 
 /// Unit normal on the side of the face's winding; where the partials are parallel, that of a point close by.

@@ -47,8 +47,14 @@ pub(crate) struct SearchScratch {
     pub(crate) roots: Vec<PatchRoot>,
 }
 
-/// Finds every zero of the net in the unit square, a margin of rounding around it included, into `scratch.roots`.
-pub(crate) fn find_roots(net: &ProjectedNet, scratch: &mut SearchScratch, statistics: &mut TraceStatistics) {
+/// Finds every zero of the net in the box `[low, high]` of its unit square, a margin of rounding around it included, into
+/// `scratch.roots`.
+pub(crate) fn find_roots(
+    net: &ProjectedNet,
+    [low, high]: [DVec2; 2],
+    scratch: &mut SearchScratch,
+    statistics: &mut TraceStatistics,
+) {
     scratch.roots.clear();
     scratch.nets.clear();
     scratch.nets.extend_from_slice(&net.points);
@@ -58,7 +64,8 @@ pub(crate) fn find_roots(net: &ProjectedNet, scratch: &mut SearchScratch, statis
     // the restricted nets shrink with their boxes, so their roundings sum to twice the first at most
     let margin = net.rounding + 2.0 * gamma(operations) * greatest;
     let mut search = Search { net, margin, scratch, statistics, boxes: 0 };
-    search.search(0, DVec2::ZERO, DVec2::ONE);
+    search.restrict(0, [low.x, high.x], [low.y, high.y]);
+    search.search(0, low, high);
     if search.boxes > MAX_BOXES {
         statistics.not_converged += 1;
     }

@@ -9,8 +9,10 @@ use serde::Serialize;
 pub struct TraceStatistics {
     /// Rays traced.
     pub rays: u64,
-    /// Patches whose box a ray entered.
-    pub patch_tests: u64,
+    /// Leaves (parts of patches) whose box a ray entered.
+    pub leaf_tests: u64,
+    /// Leaves for which nothing was proved, so that Bézier clipping decided.
+    pub fallbacks: u64,
     /// Parameter boxes examined by Bézier clipping.
     pub boxes: u64,
     /// Steps of Newton's method.
@@ -32,7 +34,8 @@ pub struct TraceStatistics {
 impl AddAssign for TraceStatistics {
     fn add_assign(&mut self, other: Self) {
         self.rays += other.rays;
-        self.patch_tests += other.patch_tests;
+        self.leaf_tests += other.leaf_tests;
+        self.fallbacks += other.fallbacks;
         self.boxes += other.boxes;
         self.newton_steps += other.newton_steps;
         self.roots += other.roots;
