@@ -38,6 +38,30 @@ pub(crate) const fn binomial(n: usize, i: usize) -> f64 {
     BINOMIALS[n][i]
 }
 
+const INVERSE_BINOMIALS: [[f64; MAX_ORDER]; MAX_ORDER] = inverse_pascal_triangle();
+
+const fn inverse_pascal_triangle() -> [[f64; MAX_ORDER]; MAX_ORDER] {
+    let mut table = [[0.0; MAX_ORDER]; MAX_ORDER];
+    let mut n = 0;
+    while n <= MAX_DEGREE {
+        let mut i = 0;
+        while i <= n {
+            table[n][i] = 1.0 / BINOMIALS[n][i];
+            i += 1;
+        }
+        n += 1;
+    }
+    table
+}
+
+/// 1 / C(n, i), rounded once; 0 for `i > n`.
+///
+/// # Panics
+/// If `n` or `i` is above [`MAX_DEGREE`].
+pub(crate) const fn inverse_binomial(n: usize, i: usize) -> f64 {
+    INVERSE_BINOMIALS[n][i]
+}
+
 /// The `degree + 1` Bernstein polynomials and their derivatives at one parameter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BasisValues {

@@ -1,33 +1,36 @@
 //! A volume's piece along a plane: the control points of the Bézier patch, by direct composition.
 //!
-//! Source: Feng, Nishita, Jin, Peng (2002), section 3.4.1, first solution; by polar forms as in `DeRose`, Goldman,
-//! Hagen, Mann (1993). No linear system is solved, so the control points are right to a few roundings, where the
-//! interpolation of section 3.4.2 loses up to the condition of its matrices.
-
-use std::array;
+//! Source: Feng, Nishita, Jin, Peng (2002), section 3.4.1, first solution; the products of Bernstein polynomials as in
+//! `DeRose`, Goldman, Hagen, Mann (1993). No linear system is solved, so the control points are right to a few roundings,
+//! where the interpolation of section 3.4.2 loses up to the condition of its matrices.
 
 use glam::{DVec3, DVec4};
 
-use crate::math::bernstein::binomial;
-use crate::spline::{Cell, KnotVector, MAX_VOLUME_DEGREE, SplineVolume};
+use crate::math::bernstein::inverse_binomial;
+use crate::spline::{
+    BernsteinRows, Cell, KnotVector, LocalBasis, MAX_VOLUME_DEGREE, MAX_VOLUME_ORDER, SplineVolume,
+};
 use crate::subdivide::Frame;
 
 use super::bezier_patch::BezierPatch;
 
-/// Coefficients of an axis' factor: both of its degrees at most [`MAX_VOLUME_DEGREE`].
-const FACTOR_SIZE: usize = (MAX_VOLUME_DEGREE + 1) * (MAX_VOLUME_DEGREE + 1);
+/// Coefficients of an axis' factor: both of its degrees at most that of a volume.
+const FACTOR_SIZE: usize = MAX_VOLUME_ORDER * MAX_VOLUME_ORDER;
 
 /// The basis functions of one axis along the frame, as polynomials in (s, t).
+#[derive(Debug, Default)]
 struct AxisFactor {
     /// Degrees in s and t: the axis' degree, or 0 where the frame's direction does not change the axis.
     degree: [usize; 2],
-    /// Scaled Bernstein coefficients (coefficient times binomials) of each basis function, t fastest.
-    scaled: [[f64; FACTOR_SIZE]; MAX_VOLUME_DEGREE + 1],
+    /// Scaled Bernstein coefficients (coefficient times binomials), t fastest: in each place those of all the basis
+    /// functions.
+    scaled: [LocalBasis; FACTOR_SIZE],
 }
 
 /// Composes volume pieces with frames; keeps its buffers from patch to patch.
 #[derive(Debug, Default)]
 pub struct Composer {
+    factors: [AxisFactor; 3],
     from: Vec<DVec4>,
     to: Vec<DVec4>,
 }
@@ -36,26 +39,26 @@ impl Composer {
     /// The patch `(s, t) -> volume piece of the cell at frame.point(s, t)`.
     ///
     /// Its degrees are the sums of the volume's degrees over the axes that change along the frame's directions
-    /// (zeros in `frame.s` and `frame.t` must be exact). With x = c + p s + q t along an axis of degree k, the basis
-    /// function with polar form f has the Bernstein coefficients
-    /// `b_xy` = `Σ_l` C(k,l) C(k-l,x-l) C(k-x,y-l) / (C(k,x) C(k,y)) f((c+p+q)^l, (c+p)^(x-l), (c+q)^(y-l), c^(k-x-y+l));
-    /// the three factors are multiplied in scaled Bernstein form and summed over the cell's control points, one axis
-    /// after the other.
+    /// (zeros in `frame.s` and `frame.t` must be exact). Each axis' basis functions are Bernstein polynomials of
+    /// a = (x - start) / (end - start) over the knot box, x = c + p s + q t; with a as a polynomial of degree (1, 1) in
+    /// scaled Bernstein form (coefficients times binomials) their powers are plain convolutions. The three axes'
+    /// factors are multiplied in the same form and summed over the cell's control points, one axis after the other.
     ///
     /// # Panics
     /// If the volume has no such cell.
     pub fn compose(&mut self, volume: &SplineVolume, cell: Cell, frame: &Frame) -> BezierPatch {
-        let factors: [AxisFactor; 3] =
-            array::from_fn(|axis| axis_factor(&volume.axes()[axis], cell[axis], axis, frame));
-        let order = axis_order(&factors);
+        let axes = volume.axes();
+        for axis in 0..3 {
+            let line = AxisLine::new(&axes[axis], cell[axis], axis, frame);
+            self.factors[axis].set(&axes[axis], cell[axis], line);
+        }
+        let order = axis_order(&self.factors);
         self.load(volume, cell, order);
         let mut degree = [0, 0];
-        for axis in order.into_iter().rev() {
-            self.contract(&factors[axis], volume.axes()[axis].degree(), degree);
-            degree = [degree[0] + factors[axis].degree[0], degree[1] + factors[axis].degree[1]];
+        for axis in order {
+            degree = self.contract(axis, axes[axis].degree(), degree);
         }
-        let control_points = unscale(&self.from, degree, volume.is_rational());
-        BezierPatch::new(degree, control_points)
+        BezierPatch::new(degree, unscale(&self.from, degree, volume.is_rational()))
     }
 
     /// Copies the cell's control points, the last axis of `order` fastest.
@@ -75,40 +78,88 @@ impl Composer {
         }
     }
 
-    /// Sums over the fastest remaining index: polynomials of `degree` become ones of the summed degree.
-    fn contract(&mut self, factor: &AxisFactor, axis_degree: usize, degree: [usize; 2]) {
-        let [fm, fn_] = factor.degree;
-        let [m, n] = degree;
-        let size = (m + 1) * (n + 1);
-        let (rows, row) = (m + fm + 1, n + fn_ + 1);
+    /// Sums over the slowest remaining axis: polynomials of `degree` become ones of the degree returned.
+    fn contract(&mut self, axis: usize, axis_degree: usize, degree: [usize; 2]) -> [usize; 2] {
+        let factor = &self.factors[axis];
+        let summed = [degree[0] + factor.degree[0], degree[1] + factor.degree[1]];
+        let size = |[m, n]: [usize; 2]| (m + 1) * (n + 1);
+        let run = self.from.len() / (size(degree) * (axis_degree + 1));
         self.to.clear();
-        for group in self.from.chunks_exact(size * (axis_degree + 1)) {
-            let start = self.to.len();
-            self.to.resize(start + rows * row, DVec4::ZERO);
-            let sum = &mut self.to[start..];
-            for (polynomial, scaled) in group.chunks_exact(size).zip(&factor.scaled) {
-                for x in 0..=fm {
-                    for y in 0..=fn_ {
-                        let weight = scaled[x * (fn_ + 1) + y];
-                        for (i, source) in polynomial.chunks_exact(n + 1).enumerate() {
-                            let target = &mut sum[(i + x) * row + y..][..n + 1];
-                            for (target, &source) in target.iter_mut().zip(source) {
-                                *target += weight * source;
-                            }
-                        }
-                    }
-                }
-            }
+        self.to.resize(size(summed) * run, DVec4::ZERO);
+        let product = Product { factor, degree, run };
+        match axis_degree {
+            1 => product.add::<2>(&self.from, &mut self.to),
+            2 => product.add::<3>(&self.from, &mut self.to),
+            3 => product.add::<4>(&self.from, &mut self.to),
+            4 => product.add::<5>(&self.from, &mut self.to),
+            other => unreachable!("an axis has degree 1 to {MAX_VOLUME_DEGREE}, not {other}"),
         }
         std::mem::swap(&mut self.from, &mut self.to);
+        summed
     }
 }
 
-/// The order of summation: the axis with the largest factor first in memory, so last in time.
+/// The product of an axis' factor with polynomials whose coefficients are arrays over the axes that are still to sum.
+struct Product<'a> {
+    factor: &'a AxisFactor,
+    /// Of the polynomials.
+    degree: [usize; 2],
+    /// Points for each coefficient and basis function.
+    run: usize,
+}
+
+impl Product<'_> {
+    /// Adds the product, summed over the axis' `ORDER` basis functions.
+    ///
+    /// `from`: s coefficient, t coefficient, basis function, array, the last fastest; `to` the same without the basis
+    /// function. The loops over basis functions and over a factor's row have lengths known when compiling, so that sums
+    /// stay in registers.
+    fn add<const ORDER: usize>(&self, from: &[DVec4], to: &mut [DVec4]) {
+        if self.factor.degree[1] == 0 {
+            self.add_rows::<ORDER, 1>(from, to);
+        } else {
+            self.add_rows::<ORDER, ORDER>(from, to);
+        }
+    }
+
+    fn add_rows<const ORDER: usize, const ROW: usize>(&self, from: &[DVec4], to: &mut [DVec4]) {
+        let (run, n) = (self.run, self.degree[1]);
+        let stride = (n + ROW) * run;
+        let (weights, _) = self.factor.scaled.as_chunks::<ROW>();
+        let weights = &weights[..=self.factor.degree[0]];
+        for (i, from_row) in from.chunks_exact((n + 1) * ORDER * run).enumerate() {
+            for (j, from) in from_row.chunks_exact(ORDER * run).enumerate() {
+                for (x, weights) in weights.iter().enumerate() {
+                    let to = &mut to[(i + x) * stride + j * run..][..ROW * run];
+                    add_run::<ORDER, ROW>(run, from, weights, to);
+                }
+            }
+        }
+    }
+}
+
+/// Adds to each of the `ROW` arrays of `to` the sum of the `ORDER` arrays of `from` with its weights.
+fn add_run<const ORDER: usize, const ROW: usize>(
+    run: usize,
+    from: &[DVec4],
+    weights: &[LocalBasis; ROW],
+    to: &mut [DVec4],
+) {
+    for j in 0..run {
+        let points: [DVec4; ORDER] = std::array::from_fn(|r| from[r * run + j]);
+        for (sum, weights) in to[j..].iter_mut().step_by(run).zip(weights) {
+            for r in 0..ORDER {
+                *sum += weights[r] * points[r];
+            }
+        }
+    }
+}
+
+/// The order of summation: the axis with the largest factor last, when the fewest sums are left.
 fn axis_order(factors: &[AxisFactor; 3]) -> [usize; 3] {
     let size = |axis: usize| (factors[axis].degree[0] + 1) * (factors[axis].degree[1] + 1);
     let mut order = [0, 1, 2];
-    order.sort_by_key(|&axis| std::cmp::Reverse(size(axis)));
+    order.sort_by_key(|&axis| size(axis));
     order
 }
 
@@ -116,36 +167,116 @@ fn axis_order(factors: &[AxisFactor; 3]) -> [usize; 3] {
 fn unscale(scaled: &[DVec4], [m, n]: [usize; 2], rational: bool) -> Vec<DVec4> {
     let mut control_points = Vec::with_capacity(scaled.len());
     for (i, row) in scaled.chunks_exact(n + 1).enumerate() {
+        let row_factor = inverse_binomial(m, i);
         for (j, &sum) in row.iter().enumerate() {
-            let point = sum / (binomial(m, i) * binomial(n, j));
+            let point = sum * (row_factor * inverse_binomial(n, j));
             control_points.push(if rational { point } else { point.truncate().extend(1.0) });
         }
     }
     control_points
 }
 
-fn axis_factor(knots: &KnotVector, interval: usize, axis: usize, frame: &Frame) -> AxisFactor {
-    let k = knots.degree();
-    let (c, p, q) = (frame.origin[axis], frame.s[axis], frame.t[axis]);
-    let corners = [c + p + q, c + p, c + q, c];
-    let degree = [if p != 0.0 { k } else { 0 }, if q != 0.0 { k } else { 0 }];
-    let mut factor = AxisFactor { degree, scaled: [[0.0; FACTOR_SIZE]; MAX_VOLUME_DEGREE + 1] };
-    for x in 0..=degree[0] {
-        for y in 0..=degree[1] {
-            for l in (x + y).saturating_sub(k)..=x.min(y) {
-                let mut arguments = [c; MAX_VOLUME_DEGREE];
-                arguments[..l].fill(corners[0]);
-                arguments[l..x].fill(corners[1]);
-                arguments[x..x + y - l].fill(corners[2]);
-                let values = knots.polar_form(interval, &arguments[..k]);
-                let weight = binomial(k, l) * binomial(k - l, x - l) * binomial(k - x, y - l);
-                for (scaled, value) in factor.scaled.iter_mut().zip(values) {
-                    scaled[x * (degree[1] + 1) + y] += weight * value;
+/// An axis' parameter along the frame, from 0 to 1 over the knot interval: c + p s + q t.
+#[derive(Clone, Copy)]
+struct AxisLine {
+    c: f64,
+    p: f64,
+    q: f64,
+}
+
+impl AxisLine {
+    fn new(knots: &KnotVector, interval: usize, axis: usize, frame: &Frame) -> Self {
+        let [start, end] = [knots.breakpoints()[interval], knots.breakpoints()[interval + 1]];
+        let scale = 1.0 / (end - start);
+        let c = (frame.origin[axis] - start) * scale;
+        Self { c, p: frame.s[axis] * scale, q: frame.t[axis] * scale }
+    }
+}
+
+impl AxisFactor {
+    fn set(&mut self, knots: &KnotVector, interval: usize, line: AxisLine) {
+        let rows = knots.bernstein_rows(interval);
+        match knots.degree() {
+            1 => self.set_order::<2>(rows, line),
+            2 => self.set_order::<3>(rows, line),
+            3 => self.set_order::<4>(rows, line),
+            4 => self.set_order::<5>(rows, line),
+            other => unreachable!("an axis has degree 1 to {MAX_VOLUME_DEGREE}, not {other}"),
+        }
+    }
+
+    fn set_order<const ORDER: usize>(&mut self, rows: &BernsteinRows, line: AxisLine) {
+        match (line.p != 0.0, line.q != 0.0) {
+            (false, false) => self.combine::<ORDER, 0, 0>(rows, line),
+            (false, true) => self.combine::<ORDER, 0, 1>(rows, line),
+            (true, false) => self.combine::<ORDER, 1, 0>(rows, line),
+            (true, true) => self.combine::<ORDER, 1, 1>(rows, line),
+        }
+    }
+
+    /// The basis functions as sums of the powers of a line of degree (`M`, `N`).
+    fn combine<const ORDER: usize, const M: usize, const N: usize>(
+        &mut self,
+        rows: &BernsteinRows,
+        line: AxisLine,
+    ) {
+        let k = ORDER - 1;
+        self.degree = [M * k, N * k];
+        let powers = line.powers::<ORDER, M, N>();
+        for x in 0..=M * k {
+            for y in 0..=N * k {
+                let mut sums = [0.0; MAX_VOLUME_ORDER];
+                for (r, sum) in sums[..ORDER].iter_mut().enumerate() {
+                    for (i, power) in powers.iter().enumerate() {
+                        *sum += power[x][y] * rows[i][r];
+                    }
+                }
+                self.scaled[x * (N * k + 1) + y] = sums;
+            }
+        }
+    }
+}
+
+/// A polynomial in scaled Bernstein form, of degree below `ORDER` in s (rows) and in t.
+type Scaled<const ORDER: usize> = [[f64; ORDER]; ORDER];
+
+impl AxisLine {
+    /// a^i (1 - a)^(k - i) for all i, where a = c + p s + q t is of degree (`M`, `N`), 0 or 1 each.
+    fn powers<const ORDER: usize, const M: usize, const N: usize>(self) -> [Scaled<ORDER>; ORDER] {
+        let Self { c, p, q } = self;
+        let line = [[c, c + q], [c + p, c + p + q]];
+        let rest = line.map(|row| row.map(|a| 1.0 - a));
+        let mut powers = [[[0.0; ORDER]; ORDER]; ORDER];
+        powers[0][0][0] = 1.0;
+        for level in 1..ORDER {
+            for i in (0..level).rev() {
+                powers[i + 1] = times_line::<ORDER, M, N>(&powers[i], line, level);
+            }
+            powers[0] = times_line::<ORDER, M, N>(&powers[0], rest, level);
+        }
+        powers
+    }
+}
+
+/// The product of a polynomial of `level` coefficients (1 where the line is constant) with a line.
+#[inline(always)]
+fn times_line<const ORDER: usize, const M: usize, const N: usize>(
+    polynomial: &Scaled<ORDER>,
+    line: [[f64; 2]; 2],
+    level: usize,
+) -> Scaled<ORDER> {
+    let mut product = [[0.0; ORDER]; ORDER];
+    let (rows, row) = (if M == 0 { 1 } else { level }, if N == 0 { 1 } else { level });
+    for x in 0..rows {
+        for y in 0..row {
+            for dx in 0..=M {
+                for dy in 0..=N {
+                    product[x + dx][y + dy] += line[dx][dy] * polynomial[x][y];
                 }
             }
         }
     }
-    factor
+    product
 }
 
 /// The undeformed polygon's plane as a patch of degree 1 × 1.

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::math::bernstein::binomial;
+
 /// Highest degree of a volume along one axis.
 pub const MAX_VOLUME_DEGREE: usize = 4;
 
@@ -47,7 +49,12 @@ pub struct KnotVector {
     degree: usize,
     points: usize,
     knots: Vec<f64>,
+    extraction: Vec<BernsteinRows>,
 }
+
+/// Basis functions of an interval in Bernstein form: number r is the sum over i of `rows[i][r]` a^i (1 - a)^(k - i),
+/// with a from 0 to 1 over the interval.
+pub(crate) type BernsteinRows = [LocalBasis; MAX_VOLUME_ORDER];
 
 /// Values of the basis functions that are not 0 in an interval, lowest index first.
 pub(crate) type LocalBasis = [f64; MAX_VOLUME_ORDER];
@@ -76,7 +83,9 @@ impl KnotVector {
         if !(rising && start.is_finite() && end.is_finite() && (end - start).is_finite()) {
             return Err(KnotError::Domain { start, end });
         }
-        Ok(Self { degree, points, knots })
+        let mut made = Self { degree, points, knots, extraction: Vec::new() };
+        made.extraction = (0..intervals).map(|interval| made.extract(interval)).collect();
+        Ok(made)
     }
 
     /// Degree k.
@@ -127,6 +136,24 @@ impl KnotVector {
         let start = self.knots[0];
         let sum: f64 = self.knots[i + 1..=i + self.degree].iter().map(|knot| knot - start).sum();
         start + sum / self.degree as f64
+    }
+
+    /// An interval's basis functions in Bernstein form, times the binomials: the polar forms at its ends.
+    fn extract(&self, interval: usize) -> BernsteinRows {
+        let k = self.degree;
+        let [start, end] = [self.breakpoints()[interval], self.breakpoints()[interval + 1]];
+        let mut rows = [[0.0; MAX_VOLUME_ORDER]; MAX_VOLUME_ORDER];
+        for (i, row) in rows.iter_mut().enumerate().take(k + 1) {
+            let mut arguments = [start; MAX_VOLUME_DEGREE];
+            arguments[..i].fill(end);
+            *row = self.polar_form(interval, &arguments[..k]).map(|value| value * binomial(k, i));
+        }
+        rows
+    }
+
+    /// The basis functions that are not 0 in an interval, in Bernstein form.
+    pub(crate) fn bernstein_rows(&self, interval: usize) -> &BernsteinRows {
+        &self.extraction[interval]
     }
 
     /// Polar form of the polynomial piece of an interval: the coefficients of the control points
@@ -244,6 +271,25 @@ mod tests {
                         let want = (ahead[r] - behind[r]) / (2.0 * h);
                         let scale = 1.0 + want.abs() + value[r].abs();
                         assert!((derivative[r] - want).abs() < 1e-7 * scale, "{knots:?} {interval} {u} {r}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bernstein_rows_are_the_basis() {
+        let power = |x: f64, e: usize| (0..e).fold(1.0, |p, _| p * x);
+        for knots in all_kinds() {
+            let k = knots.degree();
+            for (interval, ends) in knots.breakpoints().windows(2).enumerate() {
+                let rows = knots.bernstein_rows(interval);
+                for a in [-0.5_f64, 0.0, 0.3, 1.0, 1.7] {
+                    let want = basis(&knots, interval, ends[0] + a * (ends[1] - ends[0]));
+                    for (r, want) in want.into_iter().enumerate() {
+                        let got: f64 =
+                            (0..=k).map(|i| rows[i][r] * power(a, i) * power(1.0 - a, k - i)).sum();
+                        assert!((got - want).abs() < 1e-13, "{knots:?} {interval} {a} {r}: {got}");
                     }
                 }
             }
