@@ -15,7 +15,9 @@
 //! # Rays
 //! Primary: a camera's 1024 × 1024, in tiles of 4 × 4 pixels. Random: through two points of a sphere. Bounce: from the hits
 //! of primary rays, directions distributed as the cosine, in the primary rays' order. Each with all its rays, and only those
-//! that hit (by trimray). Packets are 16 consecutive rays; primary packets have Embree's flag for coherent rays.
+//! that hit (by trimray). Packets are 16 consecutive rays; primary packets are traced with and
+//! without Embree's flag for coherent rays. With `--quick` the primary rays are 256 × 256, so less coherent, and the
+//! others a sixteenth.
 //!
 //! # How it measures
 //! One thread each. Rays are cut into chunks. A round traces every chunk by every contestant in turn: trimray, then Embree on
@@ -255,10 +257,16 @@ fn measure(
     }
     let chunks = count.div_ceil(CHUNK);
     let index = peer.add_rays(&set.rays)?;
-    let modes = [Mode::Intersect1, if set.coherent { Mode::Coherent16 } else { Mode::Intersect16 }];
+    let modes: &[_] = match set.coherent {
+        true => &[Mode::Intersect1, Mode::Intersect16, Mode::Coherent16],
+        false => &[Mode::Intersect1, Mode::Intersect16],
+    };
     let mut exact = vec![f64::INFINITY; count];
     let mut ways: Vec<_> = WAYS.iter().map(|_| LeastTimes::new(chunks)).collect();
-    let mut others: Vec<_> = contestants.iter().map(|_| modes.map(|_| LeastTimes::new(chunks))).collect();
+    let mut others: Vec<_> = contestants
+        .iter()
+        .map(|_| modes.iter().map(|_| LeastTimes::new(chunks)).collect::<Vec<_>>())
+        .collect();
     for _ in 0..rounds.max(1) {
         for (chunk, rays) in set.rays.chunks(CHUNK).enumerate() {
             let first = chunk * CHUNK;
@@ -282,9 +290,15 @@ fn measure(
             peer.run(&contestant.mesh, index, Mode::Intersect1, first, CHUNK)?;
         }
         let agreement = agreement(object, scene, set, &peer.distances(index)?, contestant.error);
-        let [intersect1, intersect16] = [times[0].rate(count), times[1].rate(count)];
-        let label = contestant.label.clone();
-        rows.push(RateRow { label, hits, trimray: trimray.clone(), intersect1, intersect16, agreement });
+        rows.push(RateRow {
+            label: contestant.label.clone(),
+            hits,
+            trimray: trimray.clone(),
+            intersect1: times[0].rate(count),
+            intersect16: times[1].rate(count),
+            coherent16: times.get(2).map(|times| times.rate(count)),
+            agreement,
+        });
     }
     Ok(rows)
 }

@@ -51,9 +51,11 @@ pub(crate) struct RateRow {
     /// Of each of trimray's ways.
     pub(crate) trimray: Vec<f64>,
     /// `rtcIntersect1`.
-    pub intersect1: f64,
+    pub(crate) intersect1: f64,
     /// `rtcIntersect16`.
-    pub intersect16: f64,
+    pub(crate) intersect16: f64,
+    /// `rtcIntersect16` with the flag for coherent rays.
+    pub(crate) coherent16: Option<f64>,
     /// Differing hits.
     pub(crate) agreement: Agreement,
 }
@@ -116,7 +118,7 @@ impl Report {
             return;
         }
         println!(
-            "{:17} {:>4} {:>9} {:>9.2e} {:>10.1} {:>8.1} {:>8.2} {:>8.2} | {:>12.1} {:>11.1} {:>8.1}",
+            "{:17} {:>4} {:>9} {:>9.2e} {:>10.1} {:>8.1} {:>8.2} {:>8.2} | {:>12.3} {:>11.3} {:>8.3}",
             row.label,
             row.n.map_or_else(|| "-".to_owned(), |n| n.to_string()),
             row.triangles,
@@ -141,8 +143,8 @@ impl Report {
             print!(" {way:>8}");
         }
         println!(
-            " | {:17} {:>7} {:>7} | {:>9} {:>8} | differ: trimray only, Embree only, elsewhere",
-            "tessellation", "I1", "I16", "single/I1", "best/I16"
+            " | {:17} {:>7} {:>7} {:>7} | {:>9} {:>8} {:>8} | differ: trimray only, Embree only, elsewhere",
+            "tessellation", "I1", "I16", "I16coh", "single/I1", "best/I16", "best/coh"
         );
     }
 
@@ -162,6 +164,7 @@ impl Report {
                     "number": set.rays.len(), "hits": row.hits, "tessellation": row.label, "trimray": rates,
                     "intersect1": row.intersect1, "intersect16": row.intersect16,
                     "single_to_intersect1": to_intersect1, "best_to_intersect16": to_intersect16,
+                    "coherent16": row.coherent16, "best_to_coherent16": row.coherent16.map(|rate| best / rate),
                     "only_trimray": only_trimray, "only_embree": only_embree, "elsewhere": elsewhere
                 })
             );
@@ -177,10 +180,12 @@ impl Report {
             print!(" {:>8.3}", rate / 1e6);
         }
         println!(
-            " | {:17} {:>7.2} {:>7.2} | {to_intersect1:>9.3} {to_intersect16:>8.3} | {only_trimray} {only_embree} {elsewhere}",
+            " | {:17} {:>7.2} {:>7.2} {:>7} | {to_intersect1:>9.3} {to_intersect16:>8.3} {:>8} | {only_trimray} {only_embree} {elsewhere}",
             row.label,
             row.intersect1 / 1e6,
             row.intersect16 / 1e6,
+            row.coherent16.map_or_else(|| "-".to_owned(), |rate| format!("{:.2}", rate / 1e6)),
+            row.coherent16.map_or_else(|| "-".to_owned(), |rate| format!("{:.3}", best / rate)),
         );
     }
 }
