@@ -3,11 +3,13 @@
 mod brute_force;
 mod bvh;
 mod clipping;
+mod dispatch;
 mod interaction;
 mod leaf;
 mod leaf_test;
 mod newton;
 mod projection;
+mod query;
 mod ray;
 mod scene;
 mod search;

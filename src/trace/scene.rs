@@ -8,10 +8,12 @@ use crate::math::rounding::gamma;
 use crate::patch::{PatchPoint, TrimLoop, TrimRegion, TrimmedPatch};
 
 use super::bvh::{Bvh, Stack};
+use super::dispatch::run_widest;
 use super::interaction::{Geometry, SurfaceInteraction};
 use super::leaf::{Cover, Leaf, LeafBuilder};
 use super::leaf_test::{LeafOutcome, polish, test_leaf};
 use super::projection::{AcrossRay, ProjectedNet};
+use super::query::{All, Any, Closest};
 use super::ray::Ray;
 use super::search::{PatchRoot, SearchScratch, find_roots};
 use super::statistics::TraceStatistics;
@@ -94,7 +96,7 @@ pub struct TracedScene {
 
 /// Buffers and counts of one thread.
 #[derive(Debug, Default)]
-struct Scratch {
+pub(super) struct Scratch {
     stack: Stack,
     solver: Solver,
 }
@@ -169,42 +171,16 @@ impl TracedScene {
 
     /// The nearest hit.
     pub fn closest(&self, ray: &Ray) -> Option<PatchHit> {
-        let mut best: Option<PatchHit> = None;
-        self.visit(ray, |hit, t_max| {
-            // equal distances: the first in the scene's order, whatever the traversal's
-            let key = |hit: &PatchHit| (hit.t, hit.object, hit.patch);
-            if best.as_ref().is_none_or(|best| key(&hit) < key(best)) {
-                best = Some(hit);
-            }
-            t_max.min(hit.t)
-        });
-        best.map(|hit| self.polished(hit, ray))
+        SCRATCH.with_borrow_mut(|scratch| run_widest(Closest { scene: self, ray, scratch }))
     }
 
     /// All hits, sorted along the ray.
     pub fn all(&self, ray: &Ray) -> Vec<PatchHit> {
-        let mut hits: Vec<PatchHit> = Vec::new();
-        self.visit(ray, |hit, t_max| {
-            // leaves of a patch overlap by rounding
-            let same = |other: &PatchHit| {
-                let error = 2.0 * (hit.st_error + other.st_error);
-                (other.object, other.patch) == (hit.object, hit.patch)
-                    && (other.st - hit.st).abs().cmple(error).all()
-            };
-            if !hits.iter().any(same) {
-                hits.push(hit);
-            }
-            t_max
-        });
-        for hit in &mut hits {
-            *hit = self.polished(*hit, ray);
-        }
-        hits.sort_by(|a, b| a.t.total_cmp(&b.t).then((a.object, a.patch).cmp(&(b.object, b.patch))));
-        hits
+        SCRATCH.with_borrow_mut(|scratch| run_widest(All { scene: self, ray, scratch }))
     }
 
     /// The hit after a last Newton step on the exact patch.
-    fn polished(&self, hit: PatchHit, ray: &Ray) -> PatchHit {
+    pub(super) fn polished(&self, hit: PatchHit, ray: &Ray) -> PatchHit {
         if hit.tangent {
             return hit;
         }
@@ -215,45 +191,55 @@ impl TracedScene {
 
     /// Calls `accept` with every hit of the leaves met on the way; it returns the new greatest `t`.
     #[inline(always)]
-    fn visit(&self, ray: &Ray, mut accept: impl FnMut(PatchHit, f64) -> f64) {
-        SCRATCH.with_borrow_mut(|scratch| {
-            let Scratch { stack, solver } = scratch;
-            solver.statistics.rays += 1;
-            self.bvh.traverse(ray, stack, |index, mut t_max| {
-                let target = self.target(index);
-                let Target { leaf, reference, trimmed } = target;
-                solver.statistics.leaf_tests += 1;
-                let steps = &mut solver.statistics.newton_steps;
-                let outcome = test_leaf(leaf, &trimmed.patch, ray, t_max, steps);
-                let mut report = |hit: Option<PatchHit>| {
-                    if let Some(hit) =
-                        hit.filter(|hit| hit.t > ray.t_min && hit.t < ray.t_max && hit.t <= t_max)
-                    {
-                        t_max = accept(hit, t_max);
-                    }
-                };
-                match outcome {
-                    LeafOutcome::Miss => {}
-                    LeafOutcome::Hit(hit) => {
-                        let root = PatchRoot { st: hit.st, sensitivity: hit.sensitivity, degenerate: false };
-                        let error = reference.position_error() + trimmed.boundary_error;
-                        report(self.trimmed_hit(&target, root, hit.t, error, &mut solver.statistics));
-                    }
-                    LeafOutcome::Undecided => {
-                        clip_leaf(&target, ray, solver);
-                        let across = solver.net.rounding / reference.least_weight;
-                        let error = (across + trimmed.boundary_error) * reference.greatest_weight;
-                        for &root in &solver.search.roots {
-                            let position = trimmed.patch.eval(root.st).position;
-                            let t =
-                                (position - ray.origin).dot(ray.direction) / ray.direction.length_squared();
-                            report(self.trimmed_hit(&target, root, t, error, &mut solver.statistics));
-                        }
-                    }
+    pub(super) fn visit<const WIDE: bool>(
+        &self,
+        ray: &Ray,
+        scratch: &mut Scratch,
+        mut accept: impl FnMut(PatchHit, f64) -> f64,
+    ) {
+        let Scratch { stack, solver } = scratch;
+        solver.statistics.rays += 1;
+        self.bvh.traverse(ray, stack, |index, t_max| self.visit_leaf(index, ray, solver, t_max, &mut accept));
+    }
+
+    /// One leaf of [`Self::visit`].
+    #[inline(always)]
+    fn visit_leaf(
+        &self,
+        index: usize,
+        ray: &Ray,
+        solver: &mut Solver,
+        mut t_max: f64,
+        accept: &mut impl FnMut(PatchHit, f64) -> f64,
+    ) -> f64 {
+        let target = self.target(index);
+        let Target { leaf, reference, trimmed } = target;
+        solver.statistics.leaf_tests += 1;
+        let outcome = test_leaf(leaf, &trimmed.patch, ray, t_max, &mut solver.statistics.newton_steps);
+        let mut report = |hit: Option<PatchHit>| {
+            if let Some(hit) = hit.filter(|hit| hit.t > ray.t_min && hit.t < ray.t_max && hit.t <= t_max) {
+                t_max = accept(hit, t_max);
+            }
+        };
+        match outcome {
+            LeafOutcome::Miss => {}
+            LeafOutcome::Hit(hit) => {
+                let root = PatchRoot { st: hit.st, sensitivity: hit.sensitivity, degenerate: false };
+                let error = reference.position_error() + trimmed.boundary_error;
+                report(self.trimmed_hit(&target, root, hit.t, error, &mut solver.statistics));
+            }
+            LeafOutcome::Undecided => {
+                clip_leaf(&target, ray, solver);
+                let across = solver.net.rounding / reference.least_weight;
+                let error = (across + trimmed.boundary_error) * reference.greatest_weight;
+                for &root in &solver.search.roots {
+                    let position = trimmed.patch.eval(root.st).position;
+                    let t = (position - ray.origin).dot(ray.direction) / ray.direction.length_squared();
+                    report(self.trimmed_hit(&target, root, t, error, &mut solver.statistics));
                 }
-                t_max
-            });
-        });
+            }
+        }
+        t_max
     }
 
     #[inline(always)]
@@ -406,12 +392,7 @@ impl Geometry for TracedScene {
     }
 
     fn any_hit(&self, ray: &Ray) -> bool {
-        let mut found = false;
-        self.visit(ray, |_, _| {
-            found = true;
-            f64::NEG_INFINITY
-        });
-        found
+        SCRATCH.with_borrow_mut(|scratch| run_widest(Any { scene: self, ray, scratch }))
     }
 }
 
@@ -421,6 +402,7 @@ mod tests {
     use crate::subdivide::FrameChoice;
     use crate::test_support::{Noise, ball_triangles, cube_triangles, deform, random_volume, scene_of};
     use crate::trace::closest_hit_by_subdivision;
+    use crate::trace::dispatch::Work;
 
     const FRAMES: [FrameChoice; 2] = [FrameChoice::Parallelogram, FrameChoice::Rectangle];
 
@@ -487,6 +469,27 @@ mod tests {
             }
             assert!(hits > 100, "most rays aim at the solid: {hits}");
         }
+    }
+
+    #[test]
+    fn wide_vectors_give_the_same_bits() {
+        let mut noise = Noise(41);
+        let volume = random_volume(&mut noise, [2, 3, 2], [5, 5, 6], 0.2, false);
+        let scene = scene_of(deform(&ball_triangles(), Some(&volume), FrameChoice::Parallelogram));
+        let mut scratch = Scratch::default();
+        let mut hits = 0;
+        for _ in 0..20_000 {
+            let origin = DVec3::splat(0.5) + 2.0 * noise.unit_vector();
+            let ray = Ray::new(origin, DVec3::splat(0.5) + noise.vector() - origin);
+            let plain = Closest { scene: &scene, ray: &ray, scratch: &mut scratch }.run::<false>();
+            let widest = run_widest(Closest { scene: &scene, ray: &ray, scratch: &mut scratch });
+            let bits = |hit: Option<PatchHit>| {
+                hit.map(|hit| (hit.t.to_bits(), hit.st.to_array().map(f64::to_bits), hit.patch))
+            };
+            assert_eq!(bits(plain), bits(widest));
+            hits += usize::from(plain.is_some());
+        }
+        assert!(hits > 5000, "{hits}");
     }
 
     #[test]
