@@ -184,6 +184,22 @@ mod tests {
     }
 
     #[test]
+    fn the_degrees_compiled_apart_give_the_same_bits() {
+        let mut noise = crate::test_support::Noise(3);
+        for m in 1..=8 {
+            for n in 1..=8 {
+                let points =
+                    (0..(m + 1) * (n + 1)).map(|_| noise.vector().extend(1.5 + noise.next())).collect();
+                let patch = BezierPatch::new([m, n], points);
+                for _ in 0..20 {
+                    let st = DVec2::new(noise.next() + 0.5, noise.next() + 0.5);
+                    assert_eq!(patch.eval_fixed(st), patch.eval(st), "{m} × {n} at {st}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn subpatch_is_the_same_surface() {
         let patch = quarter_cylinder();
         let (low, high) = (DVec2::new(0.25, 0.1), DVec2::new(0.5, 1.0));

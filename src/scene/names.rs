@@ -126,36 +126,10 @@ impl Choice for Filter {
 
 impl Choice for Aov {
     const WHAT: &'static str = "aov";
-    const ALL: &'static [Self] = &[
-        Self::Depth,
-        Self::Position,
-        Self::Normal,
-        Self::GeoNormal,
-        Self::Uv,
-        Self::St,
-        Self::Rest,
-        Self::Object,
-        Self::Face,
-        Self::Patch,
-        Self::Albedo,
-        Self::Variance,
-    ];
+    const ALL: &'static [Self] = &Self::ALL;
 
     fn name(self) -> &'static str {
-        match self {
-            Self::Depth => "depth",
-            Self::Position => "position",
-            Self::Normal => "normal",
-            Self::GeoNormal => "geo_normal",
-            Self::Uv => "uv",
-            Self::St => "st",
-            Self::Rest => "rest",
-            Self::Object => "object",
-            Self::Face => "face",
-            Self::Patch => "patch",
-            Self::Albedo => "albedo",
-            Self::Variance => "variance",
-        }
+        Self::name(self)
     }
 }
 
