@@ -2,11 +2,11 @@
 
 mod common;
 
-use common::{CUBE, SCENE, Workplace, npy};
+use common::{CUBE, SCENE, TestFolder, npy};
 
 #[test]
 fn missing_and_unusable_scene_files() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     at.refuse(&["info", "nothing.toml"], &["nothing.toml: "]);
     at.refuse(&["render", "nothing.toml"], &["nothing.toml: "]);
     std::fs::create_dir(at.path("folder")).unwrap();
@@ -21,7 +21,7 @@ fn missing_and_unusable_scene_files() {
 
 #[test]
 fn missing_and_unusable_meshes() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     at.refuse_scene("cube.obj", "nothing.obj", &["scene.toml:4:8: mesh ", "nothing.obj: cannot be read"]);
     at.write("empty.obj", "");
     at.refuse_scene("cube.obj", "empty.obj", &["empty.obj: has no faces"]);
@@ -45,7 +45,7 @@ fn missing_and_unusable_meshes() {
 
 #[test]
 fn faces_of_no_area_are_reported_skipped_and_counted() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     at.write("cube.obj", format!("{CUBE}f 1 2 2\nf 1 2 1\n"));
     let run = at.succeed(&["info", "scene.toml", "--json"]);
     let info: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
@@ -59,7 +59,7 @@ fn faces_of_no_area_are_reported_skipped_and_counted() {
 
 #[test]
 fn lattices_that_cannot_be() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     at.refuse_scene("[2, 2, 2]", "[0, 2, 2]", &["scene.toml:7:", "0", "1 to 4"]);
     at.refuse_scene("[2, 2, 2]", "[2, 5, 2]", &["scene.toml:7:", "5", "1 to 4"]);
     at.refuse_scene("[4, 4, 4]", "[4, 2, 4]", &["scene.toml:8:"]);
@@ -78,7 +78,7 @@ fn lattices_that_cannot_be() {
 
 #[test]
 fn lattice_files_of_the_wrong_shape() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     let edit = "twist = { axis = \"z\", angle = 90.0 }";
     let file = "control_points = \"lattice.npy\"";
     at.refuse_scene(edit, file, &["scene.toml:10:", "lattice.npy", "cannot be read"]);
@@ -94,7 +94,7 @@ fn lattice_files_of_the_wrong_shape() {
 
 #[test]
 fn unknown_names() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     at.refuse_scene("degree", "degre", &["scene.toml:7:1: unknown key", "did you mean \"degree\""]);
     at.refuse_scene("\"ffd\"", "\"fdd\"", &["scene.toml:6:8:", "did you mean \"ffd\""]);
     at.refuse_scene("name = \"cube\"", "name = \"cube\"\nmaterial = \"clay\"", &["scene.toml:4:12:", "clay"]);
@@ -114,7 +114,7 @@ fn unknown_names() {
 
 #[test]
 fn all_faults_come_at_once() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     at.write("bad.obj", "v 0 0 x\nf 1 2 3\n");
     let second = SCENE.replace("\"cube\"", "\"other\"").replace("cube.obj", "bad.obj");
     at.write("scene.toml", format!("{SCENE}{second}").replacen("cube.obj", "nothing.obj", 1));
@@ -125,7 +125,7 @@ fn all_faults_come_at_once() {
 
 #[test]
 fn bad_flags() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     let render = |more: &[&str], parts: &[&str]| {
         let arguments: Vec<_> = ["render", "scene.toml"].iter().chain(more).copied().collect();
         at.refuse(&arguments, parts);
@@ -149,7 +149,7 @@ fn bad_flags() {
 
 #[test]
 fn bad_rays() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     let trace = |parts: &[&str]| {
         at.refuse(&["trace", "scene.toml", "--rays", "rays.npy", "-o", "hits.npz"], parts);
     };

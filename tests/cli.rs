@@ -7,7 +7,7 @@ mod common;
 use std::collections::HashMap;
 use std::io::Read;
 
-use common::{SCENE, Workplace, npy, repository};
+use common::{SCENE, TestFolder, npy, repository};
 
 /// The arrays of an `.npz` archive that hold doubles or integers, as doubles.
 fn arrays(bytes: &[u8]) -> HashMap<String, Vec<f64>> {
@@ -33,7 +33,7 @@ fn arrays(bytes: &[u8]) -> HashMap<String, Vec<f64>> {
 
 #[test]
 fn info_counts_the_cube_of_fengs_table_2() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     let run = at.succeed(&["info", "scene.toml", "--json"]);
     let info: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
     let object = &info["objects"][0];
@@ -58,7 +58,7 @@ fn info_counts_the_cube_of_fengs_table_2() {
 
 #[test]
 fn every_shipped_scene_builds_and_has_its_table_2_triangles() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     let mut names: Vec<_> = std::fs::read_dir(repository().join("scenes"))
         .unwrap()
         .map(|entry| entry.unwrap().path())
@@ -87,7 +87,7 @@ fn every_shipped_scene_builds_and_has_its_table_2_triangles() {
 
 #[test]
 fn trace_writes_the_arrays_of_the_contract() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     at.write("rays.npy", npy(&[2, 6], &[0.4, 0.3, -1.0, 0.0, 0.0, 2.0, 5.0, 5.0, 5.0, 1.0, 0.0, 0.0]));
     let trace = |more: &[&str]| {
         let arguments: Vec<_> = ["trace", "scene.toml", "--rays", "rays.npy", "-o", "hits.npz"]
@@ -135,7 +135,7 @@ fn trace_writes_the_arrays_of_the_contract() {
 
 #[test]
 fn uvs_reach_the_hit() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     at.write(
         "cube.obj",
         "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n",
@@ -150,7 +150,7 @@ fn uvs_reach_the_hit() {
 
 #[test]
 fn export_holds_the_exact_patches() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     at.succeed(&["export", "scene.toml", "-o", "x.json"]);
     let json: serde_json::Value = serde_json::from_slice(&at.read("x.json")).unwrap();
     let object = &json["objects"][0];
@@ -183,7 +183,7 @@ fn export_holds_the_exact_patches() {
 
 #[test]
 fn rational_lattices_and_lattice_files_work() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     let mut values = Vec::new();
     let greville = [0.0, 0.25, 0.75, 1.0];
     for x in greville {
@@ -214,7 +214,7 @@ fn rational_lattices_and_lattice_files_work() {
 
 #[test]
 fn render_writes_the_same_bytes_for_any_number_of_threads() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     let render = |name: &str, more: &[&str]| {
         let arguments: Vec<_> = ["render", "scene.toml", "--size", "40x30", "--spp", "4", "-o", name]
             .iter()
@@ -233,14 +233,14 @@ fn render_writes_the_same_bytes_for_any_number_of_threads() {
 
 #[test]
 fn render_writes_beside_the_caller_by_default() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     at.succeed(&["render", "scene.toml", "--size", "8x8", "--spp", "1"]);
     assert_eq!(at.files(), ["cube.obj", "scene.exr", "scene.toml"]);
 }
 
 #[test]
 fn help_shows_an_example_for_each_command() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     for command in ["render", "info", "trace", "export"] {
         let run = at.succeed(&[command, "--help"]);
         assert!(run.stdout.contains(&format!("Example: trimray {command}")), "{command}");
@@ -250,7 +250,7 @@ fn help_shows_an_example_for_each_command() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_render_ends_with_1_and_leaves_nothing() {
-    let at = Workplace::new();
+    let at = TestFolder::new();
     let arguments = ["render", "scene.toml", "--spp", "100000", "-o", "x.exr"];
     let child = at.command(&arguments).stderr(std::process::Stdio::piped()).spawn().unwrap();
     std::thread::sleep(std::time::Duration::from_millis(1500));

@@ -27,7 +27,7 @@ twist = { axis = "z", angle = 90.0 }
 "#;
 
 /// A folder with files, and the program run in it.
-pub struct Workplace {
+pub struct TestFolder {
     folder: tempfile::TempDir,
 }
 
@@ -39,13 +39,13 @@ pub struct Run {
     pub stderr: String,
 }
 
-impl Workplace {
+impl TestFolder {
     /// A folder with `cube.obj` and `scene.toml`.
     pub fn new() -> Self {
-        let workplace = Self { folder: tempfile::tempdir().expect("a temporary folder") };
-        workplace.write("cube.obj", CUBE);
-        workplace.write("scene.toml", SCENE);
-        workplace
+        let folder = Self { folder: tempfile::tempdir().expect("a temporary folder") };
+        folder.write("cube.obj", CUBE);
+        folder.write("scene.toml", SCENE);
+        folder
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
