@@ -8,10 +8,14 @@ use super::Ray;
 use super::leaf::Leaf;
 
 /// The fixed-point map u = x + a h - f (and so for v) contracts by this at most on a leaf that Newton's method decides.
-const CONTRACTION: f64 = 0.5;
+///
+/// Below 1 a leaf has one hit at most. Nothing rests on how fast Newton's method converges there: a hit counts when it has,
+/// a miss when [`outside`] proves it, and all else goes to clipping. On a twisted cube beside Embree at 1e-6: 0.5, 0.7, 0.9
+/// give 1.03, 1.26, 1.46 for primary rays that hit, but 0.67, 0.82, 0.66 for bounces, whose misses 0.9 seldom proves.
+const CONTRACTION: f64 = 0.8;
 
-/// Most Newton steps on a leaf. The distance to the hit at least halves with each step and soon squares: from the whole
-/// leaf 6 reach rounding; a search that takes more is given to clipping.
+/// Most Newton steps on a leaf. From anywhere in it 4 to 6 reach rounding, for each soon squares the distance; a search
+/// that takes more is given to clipping.
 const MAX_STEPS: usize = 12;
 
 /// A step this small, in parts of the leaf, is the last: the next would be its square.
@@ -80,7 +84,7 @@ struct Start {
     contraction: f64,
 }
 
-/// Newton's method, held to the leaf's rectangle: if there is a hit in it, each step comes closer.
+/// Newton's method, held to the leaf's rectangle.
 #[inline(always)]
 fn newton(leaf: &Leaf, patch: &BezierPatch, ray: &Ray, start: Start, steps: &mut u64) -> LeafOutcome {
     let (low, high) = (leaf.low - leaf.margin, leaf.high + leaf.margin);
