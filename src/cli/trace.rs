@@ -6,7 +6,8 @@ use std::time::Instant;
 use anyhow::Context;
 use clap::Args;
 use glam::DVec3;
-use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use rayon::slice::ParallelSlice;
 use serde::Serialize;
 
 use crate::arrays::{NamedArray, Values, read_f64, write_npz};
@@ -127,7 +128,7 @@ fn query<T: Send>(rays: &[Ray], query: impl Fn(&Ray) -> T + Sync) -> (Vec<T>, f6
             if check_interrupted().is_ok() { rays.iter().map(&query).collect() } else { Vec::new() };
         (results, TracedScene::take_statistics())
     };
-    let chunks: Vec<_> = rays.par_chunks_indexed(CHUNK).map(chunk).collect();
+    let chunks: Vec<_> = rays.par_chunks(CHUNK).map(chunk).collect();
     let seconds = started.elapsed().as_secs_f64();
     let mut statistics = TraceStatistics::default();
     let mut results = Vec::with_capacity(rays.len());
@@ -136,18 +137,6 @@ fn query<T: Send>(rays: &[Ray], query: impl Fn(&Ray) -> T + Sync) -> (Vec<T>, f6
         statistics += counts;
     }
     (results, seconds, statistics)
-}
-
-/// Chunks of rays in parallel, in order.
-trait ParallelChunks {
-    fn par_chunks_indexed(&self, size: usize) -> impl IndexedParallelIterator<Item = &[Ray]>;
-}
-
-impl ParallelChunks for [Ray] {
-    fn par_chunks_indexed(&self, size: usize) -> impl IndexedParallelIterator<Item = &[Ray]> {
-        use rayon::slice::ParallelSlice;
-        self.par_chunks(size)
-    }
 }
 
 fn any_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
