@@ -4,6 +4,8 @@
 
 use std::time::Duration;
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -11,7 +13,8 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::{Boundable, BvhBuildParams};
 
-use super::Ray;
+use super::leaf::{down, up};
+use super::local::LocalRay;
 
 /// Children of a node: as many boxes as the widest common vectors hold in single precision.
 const WIDTH: usize = 8;
@@ -25,14 +28,16 @@ const PRIMITIVE: u32 = 1 << 31;
 /// Source: Ize (2013), *Robust BVH ray traversal*.
 const SLAB_SLACK: f32 = 1.0 + 8.0 * f32::EPSILON;
 
-/// A bounding volume hierarchy over boxes in double precision.
+/// Greatest reciprocal of a direction's component: finite, so that its product with 0 is 0 and not NaN, and yet far
+/// beyond any distance for the least difference of two coordinates.
+const STEEPEST: f64 = 1e37;
+
+/// A bounding volume hierarchy over boxes in local coordinates.
 #[derive(Debug)]
 pub(crate) struct Bvh {
     nodes: Vec<Node>,
-    /// Boxes are kept about this point, in units of a power of two, so that single precision serves scenes of every
-    /// size and place.
-    centre: DVec3,
-    scale: f64,
+    /// Nodes and boxes that can wait at once.
+    waiting: usize,
 }
 
 /// Eight boxes and what they hold. Unused places have boxes that no ray enters.
@@ -67,23 +72,11 @@ impl Boundable for OutwardBox {
 }
 
 impl Bvh {
-    /// Builds over the boxes `[lowest corner, highest corner]`, which must be finite.
+    /// Builds over the boxes `[lowest corner, highest corner]`, which must be finite, of a size near 1 about the origin.
     pub(crate) fn build(boxes: &[[DVec3; 2]]) -> Self {
-        let [low, high] = boxes
-            .iter()
-            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], b| [low.min(b[0]), high.max(b[1])]);
-        let (centre, extent) = if boxes.is_empty() {
-            (DVec3::ZERO, 0.0)
-        } else {
-            (0.5 * low + 0.5 * high, (high - low).max_element())
-        };
-        let scale = if extent > 0.0 { libm::exp2(-libm::ceil(libm::log2(extent))) } else { 1.0 };
         let outward: Vec<_> = boxes
             .iter()
-            .map(|&[low, high]| {
-                let (low, high) = ((low - centre) * scale, (high - centre) * scale);
-                OutwardBox(Aabb { min: each(low, round_down), max: each(high, round_up) })
-            })
+            .map(|&[low, high]| OutwardBox(Aabb { min: each(low, down), max: each(high, up) }))
             .collect();
         let mut core_build_time = Duration::ZERO;
         // a leaf costs far more to test than a box
@@ -94,7 +87,8 @@ impl Bvh {
                 || bvh.validate(&outward, false, false).discovered_primitives.len() == boxes.len(),
             "every box is in the tree"
         );
-        Self { nodes: collapse(&bvh), centre, scale }
+        let (nodes, depth) = collapse(&bvh);
+        Self { nodes, waiting: depth * WIDTH + 1 }
     }
 
     /// Number of nodes.
@@ -112,40 +106,82 @@ impl Bvh {
     /// `visit` is given a box's index and the greatest `t` of interest, and returns the new one; a return of
     /// `f64::NEG_INFINITY` ends the traversal. Which boxes are visited does not depend on the ray's length.
     #[inline(always)]
-    pub(crate) fn traverse(&self, ray: &Ray, stack: &mut Stack, mut visit: impl FnMut(usize, f64) -> f64) {
+    pub(crate) fn traverse<S: Simd>(
+        &self,
+        simd: S,
+        (ray, [t_min, mut t_max]): (&LocalRay, [f64; 2]),
+        stack: &mut Stack,
+        mut visit: impl FnMut(usize, f64) -> f64,
+    ) {
         if self.nodes.is_empty() {
             return;
         }
-        let slabs = Slabs::new(ray, self.centre, self.scale);
-        let mut t_max = ray.t_max;
+        let slabs = Slabs::new(simd, ray, t_min);
         let mut far = slabs.distance(t_max);
-        stack.entries.clear();
-        stack.entries.push((0, f32::NEG_INFINITY));
-        while let Some((child, entry)) = stack.entries.pop() {
-            if entry > far {
-                continue;
-            }
-            if child & PRIMITIVE != 0 {
+        stack.make_room(self.waiting);
+        let waiting = &mut *stack.entries;
+        let mut height = 0;
+        let mut child = 0;
+        loop {
+            if child & PRIMITIVE == 0 {
+                let node = &self.nodes[child as usize];
+                let (entries, entered) = slabs.entries(node, far);
+                height = push_sorted(waiting, height, (&node.children, &entries), entered);
+            } else {
                 t_max = visit((child & !PRIMITIVE) as usize, t_max);
                 if t_max == f64::NEG_INFINITY {
                     return;
                 }
                 far = slabs.distance(t_max);
-                continue;
             }
-            let node = &self.nodes[child as usize];
-            let entries = slabs.entries(node, far);
-            stack.push_sorted(&node.children, &entries);
+            loop {
+                if height == 0 {
+                    return;
+                }
+                height -= 1;
+                let (next, entry) = waiting[height];
+                if entry <= far {
+                    child = next;
+                    break;
+                }
+            }
         }
     }
 }
 
-/// Nodes of eight: of a node's descendants, the one with the largest surface is opened until there are eight.
-fn collapse(bvh: &Bvh2) -> Vec<Node> {
-    let Some(root) = bvh.nodes.first() else { return Vec::new() };
+/// Pushes the children whose bits are set, the nearest on top; returns the new height.
+#[inline(always)]
+fn push_sorted(
+    waiting: &mut [(u32, f32)],
+    start: usize,
+    (children, entries): (&[u32; WIDTH], &[f32; WIDTH]),
+    mut entered: u64,
+) -> usize {
+    let mut height = start;
+    while entered != 0 {
+        let lane = entered.trailing_zeros() as usize % WIDTH;
+        entered &= entered - 1;
+        let entry = entries[lane];
+        let mut place = height;
+        while place > start && waiting[place - 1].1 < entry {
+            waiting[place] = waiting[place - 1];
+            place -= 1;
+        }
+        waiting[place] = (children[lane], entry);
+        height += 1;
+    }
+    height
+}
+
+/// Nodes of eight and the depth of their tree: of a node's descendants, the one with the largest surface is opened
+/// until there are eight.
+fn collapse(bvh: &Bvh2) -> (Vec<Node>, usize) {
+    let Some(root) = bvh.nodes.first() else { return (Vec::new(), 0) };
     let mut nodes = vec![Node::EMPTY];
-    let mut open = vec![(*root, 0)];
-    while let Some((node, place)) = open.pop() {
+    let mut open = vec![(*root, 0, 1)];
+    let mut greatest_depth = 0;
+    while let Some((node, place, depth)) = open.pop() {
+        greatest_depth = greatest_depth.max(depth);
         let mut children = vec![node];
         while children.len() < WIDTH {
             let inner = children.iter().enumerate().filter(|(_, child)| child.prim_count == 0);
@@ -160,58 +196,56 @@ fn collapse(bvh: &Bvh2) -> Vec<Node> {
             } else {
                 nodes.push(Node::EMPTY);
                 let index = u32::try_from(nodes.len() - 1).expect("fewer than 2^31 nodes fit in memory");
-                open.push((*child, nodes.len() - 1));
+                open.push((*child, nodes.len() - 1, depth + 1));
                 index
             };
             nodes[place].set(lane, child.aabb(), reference);
         }
     }
-    nodes
+    (nodes, greatest_depth)
 }
 
 fn half_area(node: &Bvh2Node) -> f32 {
     node.aabb().half_area()
 }
 
-/// A ray ready for slab tests in the tree's units, with unit direction.
-struct Slabs {
+/// A ray ready for slab tests, with unit direction.
+struct Slabs<S: Simd> {
     /// The origin moved forth and back by its own rounding: to the near planes, to the far ones.
-    origin: [[f32; 2]; 3],
-    inverse: [f32; 3],
+    origin: [[f32x8<S>; 2]; 3],
+    inverse: [f32x8<S>; 3],
     /// Index of the near plane of each axis.
     near: [usize; 3],
-    t_min: f32,
+    t_min: f32x8<S>,
     /// The tree's distance for each unit of the ray's `t`.
     per_t: f64,
 }
 
-impl Slabs {
+impl<S: Simd> Slabs<S> {
     #[expect(clippy::cast_possible_truncation, reason = "roundings to single precision are within the slack")]
     #[inline(always)]
-    fn new(ray: &Ray, centre: DVec3, scale: f64) -> Self {
-        let origin = (ray.origin - centre) * scale;
-        let length = ray.direction.length();
-        let direction = ray.direction / length;
-        let per_t = length * scale;
-        // roundings: of the shift in double precision, of the result in single precision
-        let shift = 4.0 * f64::EPSILON * (ray.origin.abs() + centre.abs()) * scale;
-        let slack = shift + f64::from(f32::EPSILON) * origin.abs() + f64::from(f32::MIN_POSITIVE);
-        let mut slabs = Self {
-            origin: [[0.0; 2]; 3],
-            inverse: [0.0; 3],
-            near: [0; 3],
-            t_min: (ray.t_min * per_t) as f32 * (1.0 - 4.0 * f32::EPSILON),
-            per_t,
-        };
-        for axis in 0..3 {
+    fn new(simd: S, ray: &LocalRay, t_min: f64) -> Self {
+        let per_t = ray.direction.length();
+        let direction = ray.direction / per_t;
+        let splat = |x: f32| f32x8::splat(simd, x);
+        let axis = |axis: usize| {
             let backward = direction[axis] < 0.0;
             let sign = if backward { -1.0 } else { 1.0 };
-            slabs.near[axis] = usize::from(backward);
-            slabs.inverse[axis] = (1.0 / direction[axis]) as f32;
-            slabs.origin[axis] =
-                [(origin[axis] + sign * slack[axis]) as f32, (origin[axis] - sign * slack[axis]) as f32];
+            let origin = ray.origin[axis];
+            // roundings: of the origin in double precision, of the result in single precision
+            let slack = ray.rounding + f64::from(f32::EPSILON) * origin.abs() + f64::from(f32::MIN_POSITIVE);
+            let inverse = (1.0 / direction[axis]).clamp(-STEEPEST, STEEPEST);
+            let origin = [origin + sign * slack, origin - sign * slack].map(|x| splat(x as f32));
+            (origin, splat(inverse as f32), usize::from(backward))
+        };
+        let [x, y, z] = [axis(0), axis(1), axis(2)];
+        Self {
+            origin: [x.0, y.0, z.0],
+            inverse: [x.1, y.1, z.1],
+            near: [x.2, y.2, z.2],
+            t_min: splat((t_min * per_t) as f32 * (1.0 - 4.0 * f32::EPSILON)),
+            per_t,
         }
-        slabs
     }
 
     /// A ray parameter as a distance in the tree, rounded up.
@@ -221,30 +255,21 @@ impl Slabs {
         (t * self.per_t) as f32 * SLAB_SLACK
     }
 
-    /// Where the ray enters each of a node's boxes; infinity where it does not before `far`.
-    ///
-    /// A direction component of 0 gives infinite bounds, or NaN for an origin in a side's plane, which the comparisons
-    /// drop: that side then does not exclude the box.
+    /// Where the ray enters each of a node's boxes, and a bit for each that it enters before `far`.
     #[inline(always)]
-    fn entries(&self, node: &Node, far: f32) -> [f32; WIDTH] {
-        let mut enter = [self.t_min; WIDTH];
-        let mut leave = [far; WIDTH];
+    fn entries(&self, node: &Node, far: f32) -> ([f32; WIDTH], u64) {
+        let simd = self.t_min.token();
+        let mut enter = self.t_min;
+        let mut leave = f32x8::splat(simd, far);
         for axis in 0..3 {
             let planes = &node.planes[axis];
-            let (near, far) = (&planes[self.near[axis]], &planes[1 - self.near[axis]]);
+            let near: f32x8<S> = planes[self.near[axis]].simd_into(simd);
+            let far: f32x8<S> = planes[1 - self.near[axis]].simd_into(simd);
             let ([to_near, to_far], inverse) = (self.origin[axis], self.inverse[axis]);
-            for lane in 0..WIDTH {
-                let a = (near[lane] - to_near) * inverse;
-                let b = (far[lane] - to_far) * inverse * SLAB_SLACK;
-                enter[lane] = if a > enter[lane] { a } else { enter[lane] };
-                leave[lane] = if b < leave[lane] { b } else { leave[lane] };
-            }
+            enter = enter.max((near - to_near) * inverse);
+            leave = leave.min((far - to_far) * inverse * SLAB_SLACK);
         }
-        let mut entries = [f32::INFINITY; WIDTH];
-        for lane in 0..WIDTH {
-            entries[lane] = if enter[lane] <= leave[lane] { enter[lane] } else { f32::INFINITY };
-        }
-        entries
+        (enter.into(), enter.simd_le(leave).to_bitmask())
     }
 }
 
@@ -255,19 +280,10 @@ pub(crate) struct Stack {
 }
 
 impl Stack {
-    /// Pushes the children with a finite entry, the nearest on top.
     #[inline(always)]
-    fn push_sorted(&mut self, children: &[u32; WIDTH], entries: &[f32; WIDTH]) {
-        let start = self.entries.len();
-        for (&child, &entry) in children.iter().zip(entries) {
-            if entry < f32::INFINITY {
-                self.entries.push((child, entry));
-                let mut place = self.entries.len() - 1;
-                while place > start && self.entries[place - 1].1 < entry {
-                    self.entries.swap(place - 1, place);
-                    place -= 1;
-                }
-            }
+    fn make_room(&mut self, waiting: usize) {
+        if self.entries.len() < waiting {
+            self.entries.resize(waiting, (0, 0.0));
         }
     }
 }
@@ -276,24 +292,24 @@ fn each(v: DVec3, round: fn(f64) -> f32) -> Vec3A {
     Vec3A::new(round(v.x), round(v.y), round(v.z))
 }
 
-/// The greatest single-precision number not above `x`.
-#[expect(clippy::cast_possible_truncation, reason = "rounding to single precision is the purpose")]
-fn round_down(x: f64) -> f32 {
-    let nearest = x as f32;
-    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
-}
-
-/// The least single-precision number not below `x`.
-#[expect(clippy::cast_possible_truncation, reason = "rounding to single precision is the purpose")]
-fn round_up(x: f64) -> f32 {
-    let nearest = x as f32;
-    if f64::from(nearest) < x { nearest.next_up() } else { nearest }
-}
-
 #[cfg(test)]
 mod tests {
+    use fearless_simd::{Level, dispatch};
+
     use super::*;
     use crate::test_support::Noise;
+    use crate::trace::Ray;
+    use crate::trace::local::LocalSpace;
+
+    fn visited(bvh: &Bvh, ray: &LocalRay, boxes: usize) -> Vec<bool> {
+        let mut visited = vec![false; boxes];
+        let mut stack = Stack::default();
+        dispatch!(Level::new(), simd => bvh.traverse(simd, (ray, [0.0, f64::INFINITY]), &mut stack, |index, t_max| {
+            visited[index] = true;
+            t_max
+        }));
+        visited
+    }
 
     #[test]
     fn traversal_visits_what_brute_force_does() {
@@ -306,7 +322,10 @@ mod tests {
                     [a - b.abs(), a + b.abs()].map(|p| p * scale + offset)
                 })
                 .collect();
-            let bvh = Bvh::build(&boxes);
+            let all = boxes.iter().fold(boxes[0], |all, b| [all[0].min(b[0]), all[1].max(b[1])]);
+            let space = LocalSpace::around(all);
+            let local: Vec<_> = boxes.iter().map(|b| b.map(|corner| space.point(corner))).collect();
+            let bvh = Bvh::build(&local);
             for number in 0..500 {
                 let target = boxes[number * 7 % boxes.len()];
                 let origin = vector() * 3.0 * scale + offset;
@@ -315,11 +334,7 @@ mod tests {
                     direction.x = 0.0;
                 }
                 let ray = Ray::new(origin, direction);
-                let mut visited = vec![false; boxes.len()];
-                bvh.traverse(&ray, &mut Stack::default(), |index, t_max| {
-                    visited[index] = true;
-                    t_max
-                });
+                let visited = visited(&bvh, &space.ray(&ray), boxes.len());
                 for (index, &[low, high]) in boxes.iter().enumerate() {
                     let middle = 0.5 * (low + high);
                     // a point of the ray well inside the box proves a crossing
@@ -336,24 +351,11 @@ mod tests {
     }
 
     #[test]
-    fn boxes_round_outward() {
-        for x in [0.1, -0.1, 1e-50, -1e-50, 16_777_217.0, 0.0, 1.0] {
-            assert!(f64::from(round_down(x)) <= x && f64::from(round_up(x)) >= x, "{x}");
-        }
-    }
-
-    #[test]
     fn nothing_and_a_point_are_fine() {
-        let nothing = Bvh::build(&[]);
-        nothing.traverse(&Ray::new(DVec3::ZERO, DVec3::X), &mut Stack::default(), |_, _| {
-            panic!("nothing to visit")
-        });
-        let point = Bvh::build(&[[DVec3::ONE, DVec3::ONE]]);
-        let mut visits = 0;
-        point.traverse(&Ray::new(DVec3::ZERO, DVec3::ONE), &mut Stack::default(), |_, t| {
-            visits += 1;
-            t
-        });
-        assert_eq!(visits, 1);
+        let space = LocalSpace::around([DVec3::ZERO, DVec3::ONE]);
+        let ray = |direction| space.ray(&Ray::new(DVec3::ZERO, direction));
+        assert_eq!(visited(&Bvh::build(&[]), &ray(DVec3::X), 0), [false; 0]);
+        let point = space.point(DVec3::ONE);
+        assert_eq!(visited(&Bvh::build(&[[point; 2]]), &ray(DVec3::ONE), 1), [true]);
     }
 }

@@ -3,16 +3,17 @@
 mod brute_force;
 mod bvh;
 mod clipping;
-mod dispatch;
 mod interaction;
 mod leaf;
 mod leaf_test;
+mod local;
 mod newton;
 mod projection;
 mod query;
 mod ray;
 mod scene;
 mod search;
+mod shape;
 mod statistics;
 
 pub use brute_force::closest_hit_by_subdivision;
