@@ -20,93 +20,95 @@ pub(crate) struct PointLanes<R> {
     pub(crate) dp_dt: Vector<R>,
 }
 
-/// Calls a function with the patch's orders as constants where they are common, else with [`MAX_ORDER`].
-macro_rules! with_orders {
-    ($patch:expr, $call:ident ( $($argument:expr),* )) => {
-        match $patch.degree() {
-            [1, 1] => $call::<2, 2, _>($($argument),*),
-            [1, 2] => $call::<2, 3, _>($($argument),*),
-            [2, 1] => $call::<3, 2, _>($($argument),*),
-            [2, 2] => $call::<3, 3, _>($($argument),*),
-            [2, 4] => $call::<3, 5, _>($($argument),*),
-            [4, 2] => $call::<5, 3, _>($($argument),*),
-            [3, 3] => $call::<4, 4, _>($($argument),*),
-            [3, 6] => $call::<4, 7, _>($($argument),*),
-            [6, 3] => $call::<7, 4, _>($($argument),*),
-            [4, 4] => $call::<5, 5, _>($($argument),*),
-            [4, 6] => $call::<5, 7, _>($($argument),*),
-            [6, 6] => $call::<7, 7, _>($($argument),*),
-            [6, 9] => $call::<7, 10, _>($($argument),*),
-            [8, 8] => $call::<9, 9, _>($($argument),*),
-            [8, 12] => $call::<9, 13, _>($($argument),*),
-            _ => $call::<MAX_ORDER, MAX_ORDER, _>($($argument),*),
-        }
-    };
+/// Work on a patch that is compiled apart for orders that are common.
+pub(crate) trait OrderWork {
+    /// What the work gives.
+    type Output;
+
+    /// Does the work; to give `M` and `N` to [`BezierPatch::eval_one`] and [`BezierPatch::eval_lanes`].
+    fn run<const M: usize, const N: usize>(self) -> Self::Output;
 }
 
 impl BezierPatch {
-    /// As [`Self::eval`], to the bit.
+    /// Does work with this patch's orders as constants, or [`MAX_ORDER`] if they are not common.
     #[inline(always)]
-    pub(crate) fn eval_one<S: Simd>(&self, simd: S, st: DVec2) -> PatchPoint {
-        with_orders!(self, one(simd, self, st))
+    pub(crate) fn with_orders<W: OrderWork>(&self, work: W) -> W::Output {
+        match self.degree() {
+            [1, 1] => work.run::<2, 2>(),
+            [1, 2] => work.run::<2, 3>(),
+            [2, 1] => work.run::<3, 2>(),
+            [2, 2] => work.run::<3, 3>(),
+            [2, 4] => work.run::<3, 5>(),
+            [4, 2] => work.run::<5, 3>(),
+            [3, 3] => work.run::<4, 4>(),
+            [3, 6] => work.run::<4, 7>(),
+            [6, 3] => work.run::<7, 4>(),
+            [4, 4] => work.run::<5, 5>(),
+            [4, 6] => work.run::<5, 7>(),
+            [6, 6] => work.run::<7, 7>(),
+            [6, 9] => work.run::<7, 10>(),
+            [8, 8] => work.run::<9, 9>(),
+            [8, 12] => work.run::<9, 13>(),
+            _ => work.run::<MAX_ORDER, MAX_ORDER>(),
+        }
     }
 
-    /// As [`Self::eval`] in each lane, to the bit.
+    /// As [`Self::eval`], to the bit; a vector holds (w x, w y, w z, w). `M` and `N` as [`Self::with_orders`] gives them.
     #[inline(always)]
-    pub(crate) fn eval_lanes<S: Simd>(&self, simd: S, [s, t]: [f64x8<S>; 2]) -> PointLanes<f64x8<S>> {
-        with_orders!(self, lanes(simd, self, [s, t]))
+    pub(crate) fn eval_one<const M: usize, const N: usize, S: Simd>(&self, simd: S, st: DVec2) -> PatchPoint {
+        let [m, n] = orders::<M, N>(self);
+        let along_s = basis::<M, f64>(m - 1, st.x);
+        let along_t = basis::<N, f64>(n - 1, st.y);
+        let zero = f64x4::splat(simd, 0.0);
+        let (mut position, mut by_s, mut by_t) = (zero, zero, zero);
+        for (i, row) in self.control_points()[..m * n].chunks_exact(n).enumerate() {
+            let (mut value, mut slope) = (zero, zero);
+            for (j, point) in row.iter().enumerate() {
+                let point: f64x4<S> = point.to_array().simd_into(simd);
+                value += point * along_t.value[j];
+                slope += point * along_t.derivative[j];
+            }
+            position += value * along_s.value[i];
+            by_s += value * along_s.derivative[i];
+            by_t += slope * along_s.value[i];
+        }
+        let [position, by_s, by_t] = [position.into(), by_s.into(), by_t.into()];
+        from_homogeneous(
+            [DVec4::from_array(position), DVec4::from_array(by_s), DVec4::from_array(by_t)],
+            self.is_rational(),
+        )
+    }
+
+    /// As [`Self::eval`] in each lane, to the bit. `M` and `N` as [`Self::with_orders`] gives them.
+    #[inline(always)]
+    pub(crate) fn eval_lanes<const M: usize, const N: usize, S: Simd>(
+        &self,
+        simd: S,
+        st: [f64x8<S>; 2],
+    ) -> PointLanes<f64x8<S>> {
+        if self.is_rational() {
+            let [value, by_s, by_t] = homogeneous_lanes::<M, N, 4, S>(simd, self, st);
+            let position = Vector::new(value[0] / value[3], value[1] / value[3], value[2] / value[3]);
+            let [dp_ds, dp_dt] = [partial(by_s, position, value[3]), partial(by_t, position, value[3])];
+            PointLanes { position, dp_ds, dp_dt }
+        } else {
+            let [value, by_s, by_t] = homogeneous_lanes::<M, N, 3, S>(simd, self, st);
+            PointLanes {
+                position: Vector::new(value[0], value[1], value[2]),
+                dp_ds: Vector::new(by_s[0], by_s[1], by_s[2]),
+                dp_dt: Vector::new(by_t[0], by_t[1], by_t[2]),
+            }
+        }
     }
 }
 
-/// One point: a vector holds (w x, w y, w z, w).
-///
-/// `M` and `N` are the patch's orders, or [`MAX_ORDER`] for any.
+/// A partial of a rational patch from that of its homogeneous value.
 #[inline(always)]
-fn one<const M: usize, const N: usize, S: Simd>(simd: S, patch: &BezierPatch, st: DVec2) -> PatchPoint {
-    simd.vectorize(
-        #[inline(always)]
-        || {
-            let [m, n] = orders::<M, N>(patch);
-            let along_s = basis::<M, f64>(m - 1, st.x);
-            let along_t = basis::<N, f64>(n - 1, st.y);
-            let zero = f64x4::splat(simd, 0.0);
-            let mut sums = [zero; 3];
-            for (i, row) in patch.control_points()[..m * n].chunks_exact(n).enumerate() {
-                let (mut value, mut slope) = (zero, zero);
-                for (j, point) in row.iter().enumerate() {
-                    let point: f64x4<S> = point.to_array().simd_into(simd);
-                    value += point * along_t.value[j];
-                    slope += point * along_t.derivative[j];
-                }
-                sums[0] += value * along_s.value[i];
-                sums[1] += value * along_s.derivative[i];
-                sums[2] += slope * along_s.value[i];
-            }
-            from_homogeneous(sums.map(|sum| DVec4::from_slice(sum.as_slice())), patch.is_rational())
-        },
-    )
-}
-
-#[inline(always)]
-fn lanes<const M: usize, const N: usize, S: Simd>(
-    simd: S,
-    patch: &BezierPatch,
-    [s, t]: [f64x8<S>; 2],
-) -> PointLanes<f64x8<S>> {
-    simd.vectorize(
-        #[inline(always)]
-        || {
-            if patch.is_rational() {
-                let [value, by_s, by_t] = homogeneous_lanes::<M, N, 4, S>(simd, patch, [s, t]);
-                let position = [0, 1, 2].map(|k| value[k] / value[3]);
-                let partial =
-                    |slope: [f64x8<S>; 4]| vector([0, 1, 2].map(|k| (slope[k] - slope[3] * position[k]) / value[3]));
-                PointLanes { position: vector(position), dp_ds: partial(by_s), dp_dt: partial(by_t) }
-            } else {
-                let [value, by_s, by_t] = homogeneous_lanes::<M, N, 3, S>(simd, patch, [s, t]);
-                PointLanes { position: vector(value), dp_ds: vector(by_s), dp_dt: vector(by_t) }
-            }
-        },
+fn partial<R: Real>(slope: [R; 4], position: Vector<R>, weight: R) -> Vector<R> {
+    Vector::new(
+        (slope[0] - slope[3] * position.x) / weight,
+        (slope[1] - slope[3] * position.y) / weight,
+        (slope[2] - slope[3] * position.z) / weight,
     )
 }
 
@@ -121,7 +123,7 @@ fn homogeneous_lanes<const M: usize, const N: usize, const K: usize, S: Simd>(
     let along_s = basis::<M, f64x8<S>>(m - 1, s);
     let along_t = basis::<N, f64x8<S>>(n - 1, t);
     let zero = [f64x8::splat(simd, 0.0); K];
-    let mut sums = [zero; 3];
+    let [mut position, mut by_s, mut by_t] = [zero; 3];
     for (i, row) in patch.control_points()[..m * n].chunks_exact(n).enumerate() {
         let (mut value, mut slope) = (zero, zero);
         for (j, point) in row.iter().enumerate() {
@@ -132,12 +134,12 @@ fn homogeneous_lanes<const M: usize, const N: usize, const K: usize, S: Simd>(
             }
         }
         for k in 0..K {
-            sums[0][k] += along_s.value[i] * value[k];
-            sums[1][k] += along_s.derivative[i] * value[k];
-            sums[2][k] += along_s.value[i] * slope[k];
+            position[k] += along_s.value[i] * value[k];
+            by_s[k] += along_s.derivative[i] * value[k];
+            by_t[k] += along_s.value[i] * slope[k];
         }
     }
-    sums
+    [position, by_s, by_t]
 }
 
 /// The patch's orders; constants where `M` and `N` are these.
@@ -146,13 +148,10 @@ fn orders<const M: usize, const N: usize>(patch: &BezierPatch) -> [usize; 2] {
     if M == MAX_ORDER && N == MAX_ORDER { patch.degree().map(|degree| degree + 1) } else { [M, N] }
 }
 
-fn vector<R: Real>([x, y, z]: [R; 3]) -> Vector<R> {
-    Vector { x, y, z }
-}
-
 #[cfg(test)]
 mod tests {
     use fearless_simd::{Level, dispatch};
+    use glam::DVec3;
 
     use super::*;
     use crate::test_support::Noise;
@@ -171,20 +170,38 @@ mod tests {
                     let st: [DVec2; 8] =
                         std::array::from_fn(|_| DVec2::new(noise.next() + 0.5, noise.next() + 0.5));
                     let want = st.map(|st| patch.eval(st));
-                    let one = dispatch!(level, simd => st.map(|st| patch.eval_one(simd, st)));
+                    let one = st.map(|st| dispatch!(level, simd => patch.with_orders(One(simd, &patch, st))));
                     assert_eq!(one, want, "{m} × {n}");
-                    let lanes = dispatch!(level, simd => in_lanes(simd, &patch, st));
+                    let lanes = dispatch!(level, simd => patch.with_orders(Lanes(simd, &patch, st)));
                     assert_eq!(lanes, want.map(|point| point.position), "{m} × {n} in lanes");
                 }
             }
         }
     }
 
-    #[inline(always)]
-    fn in_lanes<S: Simd>(simd: S, patch: &BezierPatch, st: [DVec2; 8]) -> [glam::DVec3; 8] {
-        let s: f64x8<S> = st.map(|st| st.x).simd_into(simd);
-        let t: f64x8<S> = st.map(|st| st.y).simd_into(simd);
-        let Vector { x, y, z } = patch.eval_lanes(simd, [s, t]).position;
-        std::array::from_fn(|lane| glam::DVec3::new(x[lane], y[lane], z[lane]))
+    struct One<'a, S>(S, &'a BezierPatch, DVec2);
+
+    impl<S: Simd> OrderWork for One<'_, S> {
+        type Output = PatchPoint;
+
+        #[inline(always)]
+        fn run<const M: usize, const N: usize>(self) -> PatchPoint {
+            self.1.eval_one::<M, N, S>(self.0, self.2)
+        }
+    }
+
+    struct Lanes<'a, S>(S, &'a BezierPatch, [DVec2; 8]);
+
+    impl<S: Simd> OrderWork for Lanes<'_, S> {
+        type Output = [DVec3; 8];
+
+        #[inline(always)]
+        fn run<const M: usize, const N: usize>(self) -> [DVec3; 8] {
+            let Self(simd, patch, st) = self;
+            let s: f64x8<S> = st.map(|st| st.x).simd_into(simd);
+            let t: f64x8<S> = st.map(|st| st.y).simd_into(simd);
+            let Vector { x, y, z } = patch.eval_lanes::<M, N, S>(simd, [s, t]).position;
+            std::array::from_fn(|lane| DVec3::new(x[lane], y[lane], z[lane]))
+        }
     }
 }

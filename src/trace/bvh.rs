@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8};
+use fearless_simd::{Simd, f32x8, f64x8};
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -116,8 +116,9 @@ impl Bvh {
         if self.nodes.is_empty() {
             return;
         }
-        let slabs = Slabs::new(simd, ray, t_min);
-        let mut far = slabs.distance(t_max);
+        let slab_ray = SlabRay::new(ray, t_min);
+        let slabs = Slabs::new(simd, &slab_ray);
+        let mut far = slab_ray.distance(t_max);
         stack.make_room(self.waiting);
         let waiting = &mut *stack.entries;
         let mut height = 0;
@@ -132,7 +133,50 @@ impl Bvh {
                 if t_max == f64::NEG_INFINITY {
                     return;
                 }
-                far = slabs.distance(t_max);
+                far = slab_ray.distance(t_max);
+            }
+            loop {
+                if height == 0 {
+                    return;
+                }
+                height -= 1;
+                let (next, entry) = waiting[height];
+                if entry <= far {
+                    child = next;
+                    break;
+                }
+            }
+        }
+    }
+}
+
+impl Bvh {
+    /// Visits the boxes that rays of a packet can enter.
+    ///
+    /// `visit` is given a box's index and returns the greatest `t` of interest for each ray; once none is positive the
+    /// traversal ends.
+    #[inline(always)]
+    pub(crate) fn traverse_packet<S: Simd>(
+        &self,
+        slabs: &PacketSlabs<S>,
+        stack: &mut Stack,
+        mut visit: impl FnMut(usize) -> f64x8<S>,
+    ) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let mut far = slabs.far;
+        stack.make_room(self.waiting);
+        let waiting = &mut *stack.entries;
+        let mut height = 0;
+        let mut child = 0;
+        loop {
+            if child & PRIMITIVE == 0 {
+                let node = &self.nodes[child as usize];
+                let (entries, entered) = slabs.entries(node, far);
+                height = push_sorted(waiting, height, (&node.children, &entries), entered);
+            } else {
+                far = slabs.distance(visit((child & !PRIMITIVE) as usize)).min(slabs.far);
             }
             loop {
                 if height == 0 {
@@ -209,41 +253,51 @@ fn half_area(node: &Bvh2Node) -> f32 {
     node.aabb().half_area()
 }
 
-/// A ray ready for slab tests, with unit direction.
+/// A ray ready for slab tests.
 struct Slabs<S: Simd> {
-    /// The origin moved forth and back by its own rounding: to the near planes, to the far ones.
+    /// To the near planes, to the far ones.
     origin: [[f32x8<S>; 2]; 3],
     inverse: [f32x8<S>; 3],
     /// Index of the near plane of each axis.
     near: [usize; 3],
     t_min: f32x8<S>,
+}
+
+/// A ray's numbers for slab tests, with unit direction.
+struct SlabRay {
+    /// The origin moved forth by its own rounding, and back.
+    to_near: [f32; 3],
+    to_far: [f32; 3],
+    inverse: [f32; 3],
+    backward: [bool; 3],
+    t_min: f32,
     /// The tree's distance for each unit of the ray's `t`.
     per_t: f64,
 }
 
-impl<S: Simd> Slabs<S> {
+impl SlabRay {
     #[expect(clippy::cast_possible_truncation, reason = "roundings to single precision are within the slack")]
     #[inline(always)]
-    fn new(simd: S, ray: &LocalRay, t_min: f64) -> Self {
+    fn new(ray: &LocalRay, t_min: f64) -> Self {
         let per_t = ray.direction.length();
-        let direction = ray.direction / per_t;
-        let splat = |x: f32| f32x8::splat(simd, x);
-        let axis = |axis: usize| {
-            let backward = direction[axis] < 0.0;
-            let sign = if backward { -1.0 } else { 1.0 };
-            let origin = ray.origin[axis];
-            // roundings: of the origin in double precision, of the result in single precision
-            let slack = ray.rounding + f64::from(f32::EPSILON) * origin.abs() + f64::from(f32::MIN_POSITIVE);
-            let inverse = (1.0 / direction[axis]).clamp(-STEEPEST, STEEPEST);
-            let origin = [origin + sign * slack, origin - sign * slack].map(|x| splat(x as f32));
-            (origin, splat(inverse as f32), usize::from(backward))
+        let direction = (ray.direction / per_t).to_array();
+        let origin = ray.origin.to_array();
+        let backward = direction.map(|d| d < 0.0);
+        // roundings: of the origin in double precision, of the result in single precision
+        let moved = |sign: f64| {
+            [0, 1, 2].map(|axis: usize| {
+                let slack =
+                    ray.rounding + f64::from(f32::EPSILON) * origin[axis].abs() + f64::from(f32::MIN_POSITIVE);
+                let sign = if backward[axis] { -sign } else { sign };
+                (origin[axis] + sign * slack) as f32
+            })
         };
-        let [x, y, z] = [axis(0), axis(1), axis(2)];
         Self {
-            origin: [x.0, y.0, z.0],
-            inverse: [x.1, y.1, z.1],
-            near: [x.2, y.2, z.2],
-            t_min: splat((t_min * per_t) as f32 * (1.0 - 4.0 * f32::EPSILON)),
+            to_near: moved(1.0),
+            to_far: moved(-1.0),
+            inverse: direction.map(|d| (1.0 / d).clamp(-STEEPEST, STEEPEST) as f32),
+            backward,
+            t_min: (t_min * per_t) as f32 * (1.0 - 4.0 * f32::EPSILON),
             per_t,
         }
     }
@@ -253,6 +307,19 @@ impl<S: Simd> Slabs<S> {
     #[inline(always)]
     fn distance(&self, t: f64) -> f32 {
         (t * self.per_t) as f32 * SLAB_SLACK
+    }
+}
+
+impl<S: Simd> Slabs<S> {
+    #[inline(always)]
+    fn new(simd: S, ray: &SlabRay) -> Self {
+        let splat = |x: f32| f32x8::splat(simd, x);
+        Self {
+            origin: [0, 1, 2].map(|axis| [splat(ray.to_near[axis]), splat(ray.to_far[axis])]),
+            inverse: ray.inverse.map(splat),
+            near: ray.backward.map(usize::from),
+            t_min: splat(ray.t_min),
+        }
     }
 
     /// Where the ray enters each of a node's boxes, and a bit for each that it enters before `far`.
@@ -268,6 +335,92 @@ impl<S: Simd> Slabs<S> {
             let ([to_near, to_far], inverse) = (self.origin[axis], self.inverse[axis]);
             enter = enter.max((near - to_near) * inverse);
             leave = leave.min((far - to_far) * inverse * SLAB_SLACK);
+        }
+        (enter.into(), enter.simd_le(leave).to_bitmask())
+    }
+}
+
+/// Rays of a packet ready for slab tests: all between the least and the greatest of their numbers.
+///
+/// Every operation of [`Slabs::entries`] is monotone, so that the bounds hold for what it computes for each ray, roundings
+/// included.
+pub(crate) struct PacketSlabs<S: Simd> {
+    /// The origins' ends farthest from the near planes, and farthest from the far ones.
+    origin: [[f32x8<S>; 2]; 3],
+    /// Least and greatest reciprocal of the directions' components.
+    inverse: [[f32x8<S>; 2]; 3],
+    /// Index of the near plane of each axis.
+    near: [usize; 3],
+    t_min: f32x8<S>,
+    /// Where the longest ray ends.
+    far: f32,
+    /// The greatest distance of the tree for each unit of a ray's `t`.
+    per_t: f64,
+}
+
+impl<S: Simd> PacketSlabs<S> {
+    /// Of one ray or more; `None` if their directions are not all in one octant.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, rays: impl Iterator<Item = (LocalRay, [f64; 2])>) -> Option<Self> {
+        let (mut least, mut greatest) = ([[f32::INFINITY; 3]; 3], [[f32::NEG_INFINITY; 3]; 3]);
+        let (mut t_min, mut far, mut per_t) = (f32::INFINITY, f32::NEG_INFINITY, 0.0_f64);
+        let mut backward = [0_u32; 3];
+        let mut count = 0;
+        for (ray, [from, to]) in rays {
+            let ray = SlabRay::new(&ray, from);
+            count += 1;
+            for axis in 0..3 {
+                backward[axis] += u32::from(ray.backward[axis]);
+                for (part, numbers) in [&ray.to_near, &ray.to_far, &ray.inverse].into_iter().enumerate() {
+                    least[part][axis] = least[part][axis].min(numbers[axis]);
+                    greatest[part][axis] = greatest[part][axis].max(numbers[axis]);
+                }
+            }
+            t_min = t_min.min(ray.t_min);
+            far = far.max(ray.distance(to));
+            per_t = per_t.max(ray.per_t);
+        }
+        if backward.iter().any(|&backward| backward != 0 && backward != count) {
+            return None;
+        }
+        let splat = |x: f32| f32x8::splat(simd, x);
+        let near = backward.map(|backward| usize::from(backward != 0));
+        // forwards, near planes are farthest from the greatest origins, far planes from the least
+        let [least, greatest] = [least, greatest];
+        let origin = [0, 1, 2].map(|axis| {
+            if near[axis] == 0 {
+                [splat(greatest[0][axis]), splat(least[1][axis])]
+            } else {
+                [splat(least[0][axis]), splat(greatest[1][axis])]
+            }
+        });
+        let inverse = [0, 1, 2].map(|axis| [splat(least[2][axis]), splat(greatest[2][axis])]);
+        Some(Self { origin, inverse, near, t_min: splat(t_min), far, per_t })
+    }
+
+    /// The greatest distance in the tree of ray parameters, rounded up.
+    #[expect(clippy::cast_possible_truncation, reason = "rounded up by the factor")]
+    #[inline(always)]
+    fn distance(&self, t: f64x8<S>) -> f32 {
+        let t = t.as_slice().iter().fold(f64::NEG_INFINITY, |greatest, &t| if t > greatest { t } else { greatest });
+        (t * self.per_t) as f32 * SLAB_SLACK
+    }
+
+    /// Bounds of where the rays enter each of a node's boxes, and a bit for each box that one can enter before `far`.
+    #[inline(always)]
+    fn entries(&self, node: &Node, far: f32) -> ([f32; WIDTH], u64) {
+        let simd = self.t_min.token();
+        let mut enter = self.t_min;
+        let mut leave = f32x8::splat(simd, far);
+        for axis in 0..3 {
+            let planes = &node.planes[axis];
+            let near: f32x8<S> = planes[self.near[axis]].simd_into(simd);
+            let far: f32x8<S> = planes[1 - self.near[axis]].simd_into(simd);
+            let [to_near, to_far] = self.origin[axis];
+            let [least, greatest] = self.inverse[axis];
+            let (near, far) = (near - to_near, far - to_far);
+            enter = enter.max((near * least).min(near * greatest));
+            leave = leave.min((far * least).max(far * greatest) * SLAB_SLACK);
         }
         (enter.into(), enter.simd_le(leave).to_bitmask())
     }

@@ -23,7 +23,10 @@ pub(super) struct LocalRays<R> {
     /// Bound on the rounding of the origin.
     pub(super) rounding: R,
     pub(super) t_min: R,
+    /// The least of the ray's end and its hits so far.
     pub(super) t_max: R,
+    /// The ray's end.
+    pub(super) t_limit: R,
 }
 
 /// Rays in the world.
@@ -77,126 +80,160 @@ pub(super) struct Roots<R: Real> {
 /// these the ray is all but tangent.
 #[inline(always)]
 pub(super) fn approach<R: Real>(leaf: &Leaf, rays: &LocalRays<R>) -> Option<Approach<R>> {
-    let all = |value: f32| rays.t_min.all(f64::from(value));
-    let [cx, cy, cz] = leaf.centre.map(all);
-    let offset = rays.origin.minus(Vector::new(cx, cy, cz));
-    let row = |index: usize| {
-        let [x, y, z] = leaf.to_leaf[index].map(all);
-        Vector::new(x, y, z)
-    };
-    let rows = [row(0), row(1), row(2)];
-    let origin = rows.map(|row| row.dot(offset));
-    let way = rows.map(|row| row.dot(rays.direction));
+    let offset = rays.origin.minus(constants(rays.t_min, &leaf.centre));
+    let [row_x, row_y, row_z] = &leaf.to_leaf;
+    let (row_x, row_y) = (constants(offset.x, row_x), constants(offset.x, row_y));
+    let row_z = constants(offset.x, row_z);
+    let origin = Vector::new(row_x.dot(offset), row_y.dot(offset), row_z.dot(offset));
+    let way = Vector::new(row_x.dot(rays.direction), row_y.dot(rays.direction), row_z.dot(rays.direction));
     // rounding: of the offset, and of the products with it
     let length = offset.x.abs() + offset.y.abs() + offset.z.abs();
-    let slack = (rays.rounding + length * (8.0 * f64::EPSILON)) * all(leaf.steepness);
+    let slack = (rays.rounding + length * (8.0 * f64::EPSILON)) * f64::from(leaf.steepness);
 
-    let zero = all(0.0);
-    let (mut enter, mut leave) = (all(f32::NEG_INFINITY), all(f32::INFINITY));
-    for axis in 0..3 {
-        let inverse = all(1.0) / way[axis];
-        let (low, high) = (all(leaf.low[axis]) - slack, all(leaf.high[axis]) + slack);
-        let backward = way[axis].lt(zero);
-        let (near, far) = (R::select(backward, high, low), R::select(backward, low, high));
-        // a direction in a side's plane from an origin in that plane gives NaN, which is dropped
-        enter = enter.greater((near - origin[axis]) * inverse);
-        leave = leave.lesser((far - origin[axis]) * inverse);
-    }
+    let span = [constant(slack, f32::NEG_INFINITY), constant(slack, f32::INFINITY)];
+    let span = slab(span, (leaf.low[0], leaf.high[0]), slack, (origin.x, way.x));
+    let span = slab(span, (leaf.low[1], leaf.high[1]), slack, (origin.y, way.y));
+    let [enter, leave] = slab(span, (leaf.low[2], leaf.high[2]), slack, (origin.z, way.z));
     let (from, to) = (enter.greater(rays.t_min), leave.lesser(rays.t_max));
     let entered = from.le(to + to.abs() * (4.0 * f64::EPSILON));
     if !entered.any() {
         return None;
     }
-    let approach = if leaf.is_proven() {
-        isolate(leaf, &rows_at(origin, way, (enter + leave) * 0.5), [from, to], slack)
-    } else {
-        let nothing = Seed { wanted: zero.lt(zero), t: zero, window: zero, u: zero, v: zero, radius: zero };
-        Approach { undecided: zero.le(zero), seeds: [nothing; 2] }
-    };
-    let Approach { undecided, seeds: [mut near, mut far] } = approach;
+    if !leaf.is_proven() {
+        let nothing = Seed::nothing(slack);
+        return Some(Approach { undecided: entered, seeds: [nothing; 2] });
+    }
+    let middle = (enter + leave) * 0.5;
+    let seen = SeenFrom { t: middle, place: origin.plus(way.times(middle)), way };
+    let Approach { undecided, seeds: [mut near, mut far] } = isolate(leaf, &seen, [from, to], slack);
     near.wanted = near.wanted & entered;
     far.wanted = far.wanted & entered;
     let undecided = undecided & entered;
     (undecided | near.wanted | far.wanted).any().then_some(Approach { undecided, seeds: [near, far] })
 }
 
-/// Rays in leaf coordinates, as seen from the parameter `t`.
-struct RowsAt<R> {
-    t: R,
-    place: [R; 3],
-    way: [R; 3],
+#[inline(always)]
+fn constant<R: Real>(like: R, value: f32) -> R {
+    like.all(f64::from(value))
 }
 
 #[inline(always)]
-fn rows_at<R: Real>(origin: [R; 3], way: [R; 3], t: R) -> RowsAt<R> {
-    RowsAt { t, place: [0, 1, 2].map(|axis| origin[axis] + way[axis] * t), way }
+fn constants<R: Real>(like: R, [x, y, z]: &[f32; 3]) -> Vector<R> {
+    Vector::new(constant(like, *x), constant(like, *y), constant(like, *z))
+}
+
+/// What of `[enter, leave]` is between two planes across an axis.
+#[inline(always)]
+fn slab<R: Real>(
+    [enter, leave]: [R; 2],
+    (low, high): (f32, f32),
+    slack: R,
+    (origin, way): (R, R),
+) -> [R; 2] {
+    let inverse = way.all(1.0) / way;
+    let (low, high) = (constant(way, low) - slack, constant(way, high) + slack);
+    let backward = way.lt(way.all(0.0));
+    let (near, far) = (R::select(backward, high, low), R::select(backward, low, high));
+    // a direction in a side's plane from an origin in that plane gives NaN, which is dropped
+    [enter.greater((near - origin) * inverse), leave.lesser((far - origin) * inverse)]
+}
+
+/// Rays in leaf coordinates, as seen from the parameter `t`.
+struct SeenFrom<R> {
+    t: R,
+    place: Vector<R>,
+    way: Vector<R>,
+}
+
+/// A quadratic form at (x, y).
+#[inline(always)]
+fn form<R: Real>([uu, uv, vv]: &[f32; 3], x: R, y: R) -> R {
+    constant(x, *uu) * x * x + constant(x, *uv) * x * y + constant(x, *vv) * y * y
+}
+
+impl<R: Real> Seed<R> {
+    #[inline(always)]
+    fn nothing(like: R) -> Self {
+        let zero = like.all(0.0);
+        Self { wanted: zero.lt(zero), t: zero, window: zero, u: zero, v: zero, radius: zero }
+    }
+
+    /// About the root `t` of the quadratic.
+    #[inline(always)]
+    fn of(leaf: &Leaf, rays: &SeenFrom<R>, [t, window]: [R; 2], [from, to]: [R; 2], slack: R) -> Self {
+        let (x, y) = (rays.place.x + rays.way.x * t, rays.place.y + rays.way.y * t);
+        let (u, v) = (x - form(&leaf.forms[0], x, y), y - form(&leaf.forms[1], x, y));
+        let speed = rays.way.x.abs().greater(rays.way.y.abs());
+        let radius = speed * window * f64::from(leaf.stretch) + constant(t, leaf.place_error) + slack;
+        let reach = radius + (1.0 + f64::from(leaf.margin));
+        let wanted =
+            from.le(t + window) & (t - window).le(to) & u.abs().le(reach) & v.abs().le(reach);
+        Self { wanted, t: t + rays.t, window, u, v, radius }
+    }
 }
 
 /// The isolation of roots that [`approach`] describes, between the parameters `from` and `to`.
 #[inline(always)]
-fn isolate<R: Real>(leaf: &Leaf, rays: &RowsAt<R>, [from, to]: [R; 2], slack: R) -> Approach<R> {
-    let all = |value: f32| from.all(f64::from(value));
+fn isolate<R: Real>(leaf: &Leaf, rays: &SeenFrom<R>, [from, to]: [R; 2], slack: R) -> Approach<R> {
     let (from, to) = (from - rays.t, to - rays.t);
-    let [x, y, z] = rays.place;
-    let [dx, dy, dz] = rays.way;
-    let [uu, uv, vv] = leaf.forms[2].map(all);
-    let constant = uu * x * x + uv * x * y + vv * y * y - z;
+    let Vector { x, y, z } = rays.place;
+    let Vector { x: dx, y: dy, z: dz } = rays.way;
+    let [uu, uv, vv] = &leaf.forms[2];
+    let (uu, uv, vv) = (constant(x, *uu), constant(x, *uv), constant(x, *vv));
+    let constant_term = uu * x * x + uv * x * y + vv * y * y - z;
     let linear = uu * x * dx * 2.0 + uv * (x * dy + y * dx) + vv * y * dy * 2.0 - dz;
     let square = uu * dx * dx + uv * dx * dy + vv * dy * dy;
-    let height_error = all(leaf.height_error) + slack * 2.0;
-    let slope_error = all(leaf.slope_error[0]) * dx.abs() + all(leaf.slope_error[1]) * dy.abs();
-    let discriminant = linear * linear - square * constant * 4.0;
+    let height_error = constant(x, leaf.height_error) + slack * 2.0;
+    let slope_error =
+        constant(x, leaf.slope_error[0]) * dx.abs() + constant(x, leaf.slope_error[1]) * dy.abs();
+    let discriminant = linear * linear - square * constant_term * 4.0;
     let blur = square.abs() * height_error * 4.0;
     let unclear = slope_error * slope_error + blur;
     let isolated = unclear.lt(discriminant);
     let missed = discriminant.lt(-blur);
     // all but tangent: |q| <= e0 only this near the extremum of q
     let reach = (unclear + unclear).sqrt();
-    let (twice, middle) = ((square + square).abs(), R::select(square.lt(all(0.0)), linear, -linear));
+    let downward = square.lt(square.all(0.0));
+    let (twice, middle) = ((square + square).abs(), R::select(downward, linear, -linear));
     let elsewhere = (to * twice + reach).lt(middle) | middle.lt(from * twice - reach);
     let undecided = !(isolated | missed | elsewhere);
+    if !(isolated | undecided).any() {
+        return Approach { undecided, seeds: [Seed::nothing(x); 2] };
+    }
 
     let root = discriminant.sqrt();
-    let sum = (linear + R::select(linear.lt(all(0.0)), -root, root)) * -0.5;
-    let (a, b) = (sum / square, constant / sum);
+    let sum = (linear + R::select(linear.lt(linear.all(0.0)), -root, root)) * -0.5;
+    let (a, b) = (sum / square, constant_term / sum);
     let window = (height_error + height_error) / root;
-    let seed = |t: R| {
-        let (x, y) = (x + dx * t, y + dy * t);
-        let form = |part: usize| {
-            let [uu, uv, vv] = leaf.forms[part].map(all);
-            uu * x * x + uv * x * y + vv * y * y
-        };
-        let (u, v) = (x - form(0), y - form(1));
-        let radius = dx.abs().greater(dy.abs()) * window * all(leaf.stretch) + all(leaf.place_error) + slack;
-        let reach = radius + (1.0 + f64::from(leaf.margin));
-        let wanted = isolated
-            & from.le(t + window)
-            & (t - window).le(to)
-            & u.abs().le(reach)
-            & v.abs().le(reach);
-        Seed { wanted, t: t + rays.t, window, u, v, radius }
-    };
     let swapped = b.lt(a);
     let (near, far) = (R::select(swapped, b, a), R::select(swapped, a, b));
-    Approach { undecided, seeds: [seed(near), seed(far)] }
+    let mut near = Seed::of(leaf, rays, [near, window], [from, to], slack);
+    let mut far = Seed::of(leaf, rays, [far, window], [from, to], slack);
+    near.wanted = near.wanted & isolated;
+    far.wanted = far.wanted & isolated;
+    Approach { undecided, seeds: [near, far] }
 }
 
 /// Whether a root about the seed is outside the loop of each of some cuts.
 #[inline(always)]
 pub(super) fn trimmed_away<R: Real>(leaf: &Leaf, cuts: &[Cut], seed: &Seed<R>) -> R::Truth {
-    let all = |value: f32| seed.t.all(f64::from(value));
-    let limit = -(seed.radius + all(leaf.cut_margin));
+    let limit = -(seed.radius + constant(seed.t, leaf.cut_margin));
     // without cuts the whole leaf is inside
     let mut away = if cuts.is_empty() { limit.lt(limit) } else { limit.le(limit) };
     for of_loop in cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop) {
         let mut outside = limit.lt(limit);
         for cut in of_loop {
-            let [a, b] = cut.normal.map(all);
-            outside = outside | (a * seed.u + b * seed.v + all(cut.offset)).lt(limit);
+            outside = outside | cut_value(cut, seed.u, seed.v).lt(limit);
         }
         away = away & outside;
     }
     away
+}
+
+/// How far inside a cut's line (u, v) is.
+#[inline(always)]
+fn cut_value<R: Real>(cut: &Cut, u: R, v: R) -> R {
+    u * f64::from(cut.normal[0]) + v * f64::from(cut.normal[1]) + f64::from(cut.offset)
 }
 
 /// Newton's method on S(s, t) = origin + τ direction from a seed.
@@ -210,16 +247,14 @@ pub(super) fn newton<R: Real>(
     eval: impl Fn([R; 2]) -> PointLanes<R>,
     steps: &mut u64,
 ) -> Roots<R> {
-    let all = |value: f64| seed.t.all(value);
-    let [middle_s, middle_t] = leaf.middle.map(all);
-    let [half_s, half_t] = leaf.half.map(all);
-    let (per_s, per_t) = (all(1.0 / leaf.half[0]), all(1.0 / leaf.half[1]));
-    let (mut s, mut t) = (middle_s + half_s * seed.u, middle_t + half_t * seed.v);
+    let ([middle_s, middle_t], [half_s, half_t]) = (leaf.middle, leaf.half);
+    let (per_s, per_t) = (1.0 / half_s, 1.0 / half_t);
+    let (mut s, mut t) = (seed.u * half_s + middle_s, seed.v * half_t + middle_t);
     let (mut u, mut v) = (seed.u, seed.v);
     let mut ray_t = seed.t;
     let mut active = seed.wanted;
-    let mut found = all(0.0).lt(all(0.0));
-    let domain = all(DOMAIN);
+    let domain = u.all(DOMAIN);
+    let mut found = domain.lt(domain);
     for _ in 0..MAX_STEPS {
         *steps += active.count();
         let step = NewtonStep::of(&eval([s, t]), rays);
@@ -230,7 +265,7 @@ pub(super) fn newton<R: Real>(
         ray_t = R::select(active, step.ray_t, ray_t);
         let moved = (step.s * per_s).abs().greater((step.t * per_t).abs());
         let in_domain = u.abs().le(domain) & v.abs().le(domain);
-        found = found | (active & in_domain & moved.le(all(LAST_STEP)));
+        found = found | (active & in_domain & moved.le(u.all(LAST_STEP)));
         active = active & in_domain & !found;
         if !active.any() {
             break;
@@ -238,10 +273,10 @@ pub(super) fn newton<R: Real>(
     }
     // the window is what the bounds say in exact arithmetic
     let window = seed.window * (1.0 + 1e-6) + ray_t.abs() * (8.0 * f64::EPSILON);
-    let told_apart = all(f64::from(leaf.domain));
+    let told_apart = constant(u, leaf.domain);
     let found =
         found & (ray_t - seed.t).abs().le(window) & u.abs().le(told_apart) & v.abs().le(told_apart);
-    let edge = all(1.0 + f64::from(leaf.margin));
+    let edge = u.all(1.0 + f64::from(leaf.margin));
     Roots { found, inside: found & u.abs().le(edge) & v.abs().le(edge), s, t, ray_t }
 }
 
@@ -289,8 +324,7 @@ pub(super) fn side(leaf: &Leaf, cuts: &[Cut], st: DVec2) -> Side {
     for of_loop in cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop) {
         let mut least = f64::INFINITY;
         for cut in of_loop {
-            let [a, b] = cut.normal.map(f64::from);
-            least = least.min(a * uv.x + b * uv.y + f64::from(cut.offset));
+            least = least.lesser(cut_value(cut, uv.x, uv.y));
         }
         if least > margin && !unclear {
             return Side::Inside(of_loop[0].trim_loop);
@@ -299,4 +333,34 @@ pub(super) fn side(leaf: &Leaf, cuts: &[Cut], st: DVec2) -> Side {
         unclear |= !(least < -margin);
     }
     if unclear { Side::Unclear } else { Side::Outside }
+}
+
+/// [`side`] of several roots.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sides<R: Real> {
+    /// The loop they are inside of.
+    pub(super) trim_loop: R,
+    pub(super) inside: R::Truth,
+    pub(super) unclear: R::Truth,
+}
+
+/// As [`side`], in each lane.
+#[inline(always)]
+pub(super) fn sides<R: Real>(leaf: &Leaf, cuts: &[Cut], [s, t]: [R; 2]) -> Sides<R> {
+    let margin = constant(s, leaf.cut_margin);
+    let u = (s - leaf.middle[0]) / s.all(leaf.half[0]);
+    let v = (t - leaf.middle[1]) / t.all(leaf.half[1]);
+    let none = margin.lt(margin);
+    let mut sides = Sides { trim_loop: s.all(0.0), inside: none, unclear: none };
+    for of_loop in cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop) {
+        let mut least = s.all(f64::INFINITY);
+        for cut in of_loop {
+            least = least.lesser(cut_value(cut, u, v));
+        }
+        let inside = margin.lt(least) & !sides.unclear & !sides.inside;
+        sides.trim_loop = R::select(inside, s.all(f64::from(of_loop[0].trim_loop)), sides.trim_loop);
+        sides.inside = sides.inside | inside;
+        sides.unclear = sides.unclear | (!least.lt(-margin) & !sides.inside);
+    }
+    sides
 }

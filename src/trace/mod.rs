@@ -8,6 +8,7 @@ mod leaf;
 mod leaf_test;
 mod local;
 mod newton;
+mod packet;
 mod projection;
 mod query;
 mod ray;

@@ -7,7 +7,7 @@ use fearless_simd::Simd;
 use glam::{DVec2, DVec3};
 
 use crate::math::lanes::Vector;
-use crate::patch::{BezierPatch, PatchPoint, PointLanes};
+use crate::patch::{OrderWork, PatchPoint, PointLanes};
 
 use super::Ray;
 use super::leaf_test::{
@@ -135,6 +135,7 @@ fn visit_leaf<S: Simd>(
         rounding: asked.local.rounding,
         t_min: ray.t_min,
         t_max,
+        t_limit: ray.t_max,
     };
     let Some(found) = approach(target.leaf, &local) else { return t_max };
     let mut undecided = found.undecided;
@@ -143,7 +144,9 @@ fn visit_leaf<S: Simd>(
             if !seed.wanted || trimmed_away(target.leaf, target.cuts, &seed) {
                 continue;
             }
-            match seek(simd, target, ray, &seed, &mut solver.statistics.newton_steps) {
+            let world = WorldRays { origin: vector(ray.origin), direction: vector(ray.direction) };
+            let steps = &mut solver.statistics.newton_steps;
+            match target.trimmed.patch.with_orders(Seek { simd, target, world, seed: &seed, steps }) {
                 Sought::Beside => {}
                 Sought::Undecided => undecided = true,
                 Sought::Root(root) => {
@@ -167,24 +170,42 @@ enum Sought {
     Undecided,
 }
 
-#[inline(always)]
-fn seek<S: Simd>(simd: S, target: &Target<'_>, ray: &Ray, seed: &Seed<f64>, steps: &mut u64) -> Sought {
-    let world = WorldRays { origin: vector(ray.origin), direction: vector(ray.direction) };
-    let patch: &BezierPatch = &target.trimmed.patch;
-    let Roots { found, inside, s, t, ray_t } = newton(
-        target.leaf,
-        &world,
-        seed,
-        #[inline(always)]
-        |[s, t]| point(&patch.eval_one(simd, DVec2::new(s, t))),
-        steps,
-    );
-    if inside {
-        Sought::Root(LeafRoot { st: DVec2::new(s, t), t: ray_t, clipped: None })
-    } else if found {
-        Sought::Beside
-    } else {
-        Sought::Undecided
+/// Newton's method from a seed.
+struct Seek<'a, S> {
+    simd: S,
+    target: &'a Target<'a>,
+    world: WorldRays<f64>,
+    seed: &'a Seed<f64>,
+    steps: &'a mut u64,
+}
+
+impl<S: Simd> OrderWork for Seek<'_, S> {
+    type Output = Sought;
+
+    #[inline(always)]
+    fn run<const M: usize, const N: usize>(self) -> Sought {
+        let Self { simd, target, world, seed, steps } = self;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let patch = &target.trimmed.patch;
+                let Roots { found, inside, s, t, ray_t } = newton(
+                    target.leaf,
+                    &world,
+                    seed,
+                    #[inline(always)]
+                    |[s, t]| point(&patch.eval_one::<M, N, S>(simd, DVec2::new(s, t))),
+                    steps,
+                );
+                if inside {
+                    Sought::Root(LeafRoot { st: DVec2::new(s, t), t: ray_t, clipped: None })
+                } else if found {
+                    Sought::Beside
+                } else {
+                    Sought::Undecided
+                }
+            },
+        )
     }
 }
 
@@ -217,7 +238,7 @@ fn trimmed_hit(
 /// What Bézier clipping finds in a leaf of which nothing is proved.
 #[cold]
 #[inline(never)]
-fn clipped(
+pub(super) fn clipped(
     target: &Target<'_>,
     ray: &Ray,
     (solver, mut t_max): (&mut Solver, f64),

@@ -12,6 +12,7 @@ use super::bvh::{Bvh, Stack};
 use super::interaction::{Geometry, SurfaceInteraction};
 use super::leaf::{Cover, Cut, Leaf, Leaves};
 use super::local::LocalSpace;
+use super::packet::{self, PACKET};
 use super::projection::{AcrossRay, ProjectedNet};
 use super::query;
 use super::ray::Ray;
@@ -177,6 +178,34 @@ impl TracedScene {
     /// All hits, sorted along the ray.
     pub fn all(&self, ray: &Ray) -> Vec<PatchHit> {
         SCRATCH.with_borrow_mut(|scratch| dispatch!(self.level, simd => query::all(simd, self, ray, scratch)))
+    }
+
+    /// The nearest hits of rays, the same as by [`Self::closest`] for each.
+    ///
+    /// Consecutive rays that go close together, as those of neighbouring pixels do, are traced at a fraction of the cost.
+    ///
+    /// # Panics
+    /// If there are not as many places for hits as rays.
+    pub fn closest_of_each(&self, rays: &[Ray], hits: &mut [Option<PatchHit>]) {
+        assert_eq!(rays.len(), hits.len(), "a place for each ray's hit");
+        SCRATCH.with_borrow_mut(|scratch| {
+            for chunk in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
+                dispatch!(self.level, simd => packet::closest(simd, self, chunk, scratch));
+            }
+        });
+    }
+
+    /// For each ray whether it hits anything, as [`Geometry::any_hit`] says.
+    ///
+    /// # Panics
+    /// If there are not as many places for answers as rays.
+    pub fn any_of_each(&self, rays: &[Ray], found: &mut [bool]) {
+        assert_eq!(rays.len(), found.len(), "a place for each ray's answer");
+        SCRATCH.with_borrow_mut(|scratch| {
+            for chunk in rays.chunks(PACKET).zip(found.chunks_mut(PACKET)) {
+                dispatch!(self.level, simd => packet::any(simd, self, chunk, scratch));
+            }
+        });
     }
 
     pub(super) fn bvh(&self) -> &Bvh {
