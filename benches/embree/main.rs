@@ -146,7 +146,7 @@ fn compare(object: &Object, arguments: &Arguments, report: Report) -> Result<(),
     let mut peer = Peer::start()?;
     report.heading(object, &peer.version);
     let (scene, build_seconds, bytes) = build(object)?;
-    report.trimray(object, scene.acceleration().0, build_seconds, bytes);
+    report.trimray(object, scene.acceleration().leaves, build_seconds, bytes);
     let contestants = add_tessellations(object, &mut peer, arguments, |row| {
         report.build(object, build_seconds, bytes, &row);
     })?;

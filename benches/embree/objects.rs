@@ -107,7 +107,7 @@ impl Object {
         let scene = TracedScene::new(vec![object]);
         let elapsed = started.elapsed();
         let patches: usize = scene.objects()[0].patches.iter().map(TrimmedPatch::bytes).sum();
-        let (_, _, acceleration) = scene.acceleration();
+        let acceleration = scene.acceleration().bytes;
         Ok((scene, elapsed, patches + acceleration))
     }
 }
