@@ -13,7 +13,10 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::{Boundable, BvhBuildParams};
 
-use super::leaf::{down, up};
+use crate::math::lanes::Real;
+
+use super::leaf::{down, nearest, up};
+use super::leaf_test::LocalRays;
 use super::local::LocalRay;
 
 /// Children of a node: as many boxes as the widest common vectors hold in single precision.
@@ -280,7 +283,7 @@ impl SlabRay {
     #[inline(always)]
     fn new(ray: &LocalRay, t_min: f64) -> Self {
         let per_t = ray.direction.length();
-        let direction = (ray.direction / per_t).to_array();
+        let direction = ray.direction.to_array().map(|d| d / per_t);
         let origin = ray.origin.to_array();
         let backward = direction.map(|d| d < 0.0);
         // roundings: of the origin in double precision, of the result in single precision
@@ -295,7 +298,11 @@ impl SlabRay {
         Self {
             to_near: moved(1.0),
             to_far: moved(-1.0),
-            inverse: direction.map(|d| (1.0 / d).clamp(-STEEPEST, STEEPEST) as f32),
+            inverse: direction.map(|d| {
+                // -0 goes forwards
+                let inverse = (1.0 / d.abs()).min(STEEPEST) as f32;
+                if d < 0.0 { -inverse } else { inverse }
+            }),
             backward,
             t_min: (t_min * per_t) as f32 * (1.0 - 4.0 * f32::EPSILON),
             per_t,
@@ -342,8 +349,7 @@ impl<S: Simd> Slabs<S> {
 
 /// Rays of a packet ready for slab tests: all between the least and the greatest of their numbers.
 ///
-/// Every operation of [`Slabs::entries`] is monotone, so that the bounds hold for what it computes for each ray, roundings
-/// included.
+/// Products with the ends of an interval bound those with what is between them, roundings included.
 pub(crate) struct PacketSlabs<S: Simd> {
     /// The origins' ends farthest from the near planes, and farthest from the far ones.
     origin: [[f32x8<S>; 2]; 3],
@@ -358,52 +364,75 @@ pub(crate) struct PacketSlabs<S: Simd> {
     per_t: f64,
 }
 
-impl<S: Simd> PacketSlabs<S> {
-    /// Of one ray or more; `None` if their directions are not all in one octant.
+/// One axis of a [`PacketSlabs`].
+struct PacketAxis {
+    origin: [f32; 2],
+    inverse: [f32; 2],
+    near: usize,
+}
+
+impl PacketAxis {
+    /// `None` if some rays go forwards and some backwards.
     #[inline(always)]
-    pub(crate) fn new(simd: S, rays: impl Iterator<Item = (LocalRay, [f64; 2])>) -> Option<Self> {
-        let (mut least, mut greatest) = ([[f32::INFINITY; 3]; 3], [[f32::NEG_INFINITY; 3]; 3]);
-        let (mut t_min, mut far, mut per_t) = (f32::INFINITY, f32::NEG_INFINITY, 0.0_f64);
-        let mut backward = [0_u32; 3];
-        let mut count = 0;
-        for (ray, [from, to]) in rays {
-            let ray = SlabRay::new(&ray, from);
-            count += 1;
-            for axis in 0..3 {
-                backward[axis] += u32::from(ray.backward[axis]);
-                for (part, numbers) in [&ray.to_near, &ray.to_far, &ray.inverse].into_iter().enumerate() {
-                    least[part][axis] = least[part][axis].min(numbers[axis]);
-                    greatest[part][axis] = greatest[part][axis].max(numbers[axis]);
-                }
-            }
-            t_min = t_min.min(ray.t_min);
-            far = far.max(ray.distance(to));
-            per_t = per_t.max(ray.per_t);
-        }
-        if backward.iter().any(|&backward| backward != 0 && backward != count) {
+    fn new<S: Simd>(
+        origin: [f64x8<S>; 2],
+        direction: [f64x8<S>; 2],
+        rounding: [f64x8<S>; 2],
+        per_t: [f64x8<S>; 2],
+    ) -> Option<Self> {
+        let zero = f64x8::splat(per_t[0].token(), 0.0);
+        let backward = direction[0].simd_lt(zero).to_bitmask();
+        if direction[1].simd_lt(zero).to_bitmask() != backward || (backward != 0 && backward != 0xff) {
             return None;
         }
-        let splat = |x: f32| f32x8::splat(simd, x);
-        let near = backward.map(|backward| usize::from(backward != 0));
+        let slack = |half: usize| {
+            rounding[half] + Real::abs(origin[half]) * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE)
+        };
+        let slack = [slack(0), slack(1)];
+        let least = down((origin[0] - slack[0]).lesser(origin[1] - slack[1]).reduce_min());
+        let greatest = up((origin[0] + slack[0]).greater(origin[1] + slack[1]).reduce_max());
+        let steepness = [per_t[0] / Real::abs(direction[0]), per_t[1] / Real::abs(direction[1])];
+        let inverse = [
+            down(steepness[0].lesser(steepness[1]).reduce_min().min(STEEPEST)),
+            up(steepness[0].greater(steepness[1]).reduce_max().min(STEEPEST)),
+        ];
         // forwards, near planes are farthest from the greatest origins, far planes from the least
-        let [least, greatest] = [least, greatest];
-        let origin = [0, 1, 2].map(|axis| {
-            if near[axis] == 0 {
-                [splat(greatest[0][axis]), splat(least[1][axis])]
-            } else {
-                [splat(least[0][axis]), splat(greatest[1][axis])]
-            }
-        });
-        let inverse = [0, 1, 2].map(|axis| [splat(least[2][axis]), splat(greatest[2][axis])]);
-        Some(Self { origin, inverse, near, t_min: splat(t_min), far, per_t })
+        Some(if backward == 0 {
+            Self { origin: [greatest, least], inverse, near: 0 }
+        } else {
+            Self { origin: [least, greatest], inverse: inverse.map(|x| -x), near: 1 }
+        })
+    }
+}
+
+impl<S: Simd> PacketSlabs<S> {
+    /// Of rays side by side; `None` if their directions are not all in one octant.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, [a, b]: [&LocalRays<f64x8<S>>; 2]) -> Option<Self> {
+        let per_t =
+            [Real::sqrt(a.direction.dot(a.direction)), Real::sqrt(b.direction.dot(b.direction))];
+        let slack = [a.rounding, b.rounding];
+        let x = PacketAxis::new([a.origin.x, b.origin.x], [a.direction.x, b.direction.x], slack, per_t)?;
+        let y = PacketAxis::new([a.origin.y, b.origin.y], [a.direction.y, b.direction.y], slack, per_t)?;
+        let z = PacketAxis::new([a.origin.z, b.origin.z], [a.direction.z, b.direction.z], slack, per_t)?;
+        let t_min = (a.t_min * per_t[0]).lesser(b.t_min * per_t[1]).reduce_min();
+        let splat = |[p, q]: [f32; 2]| [f32x8::splat(simd, p), f32x8::splat(simd, q)];
+        let mut slabs = Self {
+            origin: [splat(x.origin), splat(y.origin), splat(z.origin)],
+            inverse: [splat(x.inverse), splat(y.inverse), splat(z.inverse)],
+            near: [x.near, y.near, z.near],
+            t_min: f32x8::splat(simd, nearest(t_min) * (1.0 - 4.0 * f32::EPSILON)),
+            far: 0.0,
+            per_t: per_t[0].greater(per_t[1]).reduce_max(),
+        };
+        slabs.far = slabs.distance(a.t_max.greater(b.t_max));
+        Some(slabs)
     }
 
     /// The greatest distance in the tree of ray parameters, rounded up.
-    #[expect(clippy::cast_possible_truncation, reason = "rounded up by the factor")]
     #[inline(always)]
     fn distance(&self, t: f64x8<S>) -> f32 {
-        let t = t.as_slice().iter().fold(f64::NEG_INFINITY, |greatest, &t| if t > greatest { t } else { greatest });
-        (t * self.per_t) as f32 * SLAB_SLACK
+        nearest(t.reduce_max() * self.per_t) * SLAB_SLACK
     }
 
     /// Bounds of where the rays enter each of a node's boxes, and a bit for each box that one can enter before `far`.

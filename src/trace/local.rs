@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::math::lanes::{Real, Vector};
+
 use super::Ray;
 
 /// From the world to coordinates about the scene's centre, in units of a power of two near its size.
@@ -37,10 +39,25 @@ impl LocalSpace {
         world * self.scale
     }
 
+    /// Points of the world, side by side, and bounds on their rounding.
+    #[inline(always)]
+    pub(crate) fn points<R: Real>(&self, world: Vector<R>) -> (Vector<R>, R) {
+        let [x, y, z] = self.centre.to_array();
+        let local = Vector::new((world.x - x) * self.scale, (world.y - y) * self.scale, (world.z - z) * self.scale);
+        let size = (world.x.abs() + x.abs()).greater(world.y.abs() + y.abs()).greater(world.z.abs() + z.abs());
+        (local, size * (f64::EPSILON * self.scale))
+    }
+
+    /// Vectors of the world, side by side.
+    #[inline(always)]
+    pub(crate) fn vectors<R: Real>(&self, world: Vector<R>) -> Vector<R> {
+        Vector::new(world.x * self.scale, world.y * self.scale, world.z * self.scale)
+    }
+
     /// A ray of the world.
     #[inline(always)]
     pub(crate) fn ray(&self, world: &Ray) -> LocalRay {
-        let rounding = f64::EPSILON * self.scale * (world.origin.abs() + self.centre.abs()).max_element();
+        let rounding = (world.origin.abs() + self.centre.abs()).max_element() * (f64::EPSILON * self.scale);
         LocalRay { origin: self.point(world.origin), direction: self.vector(world.direction), rounding }
     }
 }

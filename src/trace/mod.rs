@@ -21,4 +21,4 @@ pub use brute_force::closest_hit_by_subdivision;
 pub use interaction::{Geometry, SurfaceInteraction};
 pub use ray::Ray;
 pub use scene::{NoUvs, PatchHit, TracedObject, TracedScene, UvLookup};
-pub use statistics::TraceStatistics;
+pub use statistics::{AccelerationStatistics, TraceStatistics};

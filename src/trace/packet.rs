@@ -16,7 +16,7 @@ use super::leaf::{Cover, Leaf};
 use super::leaf_test::{
     Approach, LocalRays, Roots, Seed, Sides, WorldRays, approach, newton, sides, trimmed_away,
 };
-use super::local::{LocalRay, LocalSpace};
+use super::local::LocalSpace;
 use super::query;
 use super::scene::{LeafRoot, PatchHit, Scratch, Solver, Target, TracedScene};
 
@@ -43,13 +43,12 @@ pub(super) fn closest<S: Simd>(
     (rays, hits): (&[Ray], &mut [Option<PatchHit>]),
     scratch: &mut Scratch,
 ) {
-    let Some(slabs) = coherent(simd, scene.space(), rays) else {
+    let Some(packet) = trace(simd, scene, rays, scratch, Question::Closest) else {
         for (ray, hit) in rays.iter().zip(hits) {
             *hit = query::closest(simd, scene, ray, scratch);
         }
         return;
     };
-    let packet = trace(simd, scene, (rays, slabs), scratch, Question::Closest);
     for (lane, hit) in hits.iter_mut().enumerate() {
         *hit = packet.hit(scene, lane);
     }
@@ -63,33 +62,16 @@ pub(super) fn any<S: Simd>(
     (rays, found): (&[Ray], &mut [bool]),
     scratch: &mut Scratch,
 ) {
-    let Some(slabs) = coherent(simd, scene.space(), rays) else {
+    let Some(packet) = trace(simd, scene, rays, scratch, Question::Any) else {
         for (ray, found) in rays.iter().zip(found) {
             *found = query::any(simd, scene, ray, scratch);
         }
         return;
     };
-    let packet = trace(simd, scene, (rays, slabs), scratch, Question::Any);
     for (lane, found) in found.iter_mut().enumerate() {
         let Half { best, .. } = &packet.halves[lane / LANES];
         *found = best.t[lane % LANES] < f64::INFINITY;
     }
-}
-
-/// Slabs for rays that are close enough together to be worth tracing as one.
-#[inline(always)]
-fn coherent<S: Simd>(simd: S, space: &LocalSpace, rays: &[Ray]) -> Option<PacketSlabs<S>> {
-    // a few lanes are not worth the work for all
-    if rays.len() < PACKET / 4 {
-        return None;
-    }
-    PacketSlabs::new(
-        simd,
-        rays.iter().map(
-            #[inline(always)]
-            |ray| (space.ray(ray), [ray.t_min, ray.t_max]),
-        ),
-    )
 }
 
 /// Half a packet.
@@ -117,17 +99,27 @@ struct Packet<S: Simd> {
     apart: [Option<PatchHit>; PACKET],
 }
 
+/// `None` if the rays are too few or too different to be traced as one.
 #[inline(always)]
 fn trace<S: Simd>(
     simd: S,
     scene: &TracedScene,
-    (rays, slabs): (&[Ray], PacketSlabs<S>),
+    rays: &[Ray],
     scratch: &mut Scratch,
     question: Question,
-) -> Packet<S> {
+) -> Option<Packet<S>> {
+    // a few lanes are not worth the work for all
+    if rays.len() < PACKET / 4 {
+        return None;
+    }
+    let halves = [
+        Half::new(simd, scene.space(), (rays, 0)),
+        Half::new(simd, scene.space(), (rays, LANES)),
+    ];
+    let slabs = PacketSlabs::new(simd, [&halves[0].local, &halves[1].local])?;
+    let mut packet = Packet { halves, apart: [None; PACKET] };
     let Scratch { stack, solver } = scratch;
     solver.statistics.rays += rays.len() as u64;
-    let mut packet = Packet::new(simd, scene.space(), rays);
     scene.bvh().traverse_packet(
         &slabs,
         stack,
@@ -140,16 +132,10 @@ fn trace<S: Simd>(
             packet.halves[0].local.t_max.greater(packet.halves[1].local.t_max)
         },
     );
-    packet
+    Some(packet)
 }
 
 impl<S: Simd> Packet<S> {
-    #[inline(always)]
-    fn new(simd: S, space: &LocalSpace, rays: &[Ray]) -> Self {
-        let half = |half: usize| Half::new(simd, space, &rays[(half * LANES).min(rays.len())..]);
-        Self { halves: [half(0), half(1)], apart: [None; PACKET] }
-    }
-
     #[inline(always)]
     fn visit_leaf(
         &mut self,
@@ -280,42 +266,43 @@ impl<S: Simd> OrderWork for Seek<'_, S> {
 }
 
 impl<S: Simd> Half<S> {
-    /// Of the first [`LANES`] rays; lanes without a ray never hit.
+    /// Of the rays from `first`. Lanes without a ray have a direction of the others and never hit.
     #[inline(always)]
-    fn new(simd: S, space: &LocalSpace, rays: &[Ray]) -> Self {
-        let count = rays.len().min(LANES);
-        let mut numbers = [[0.0; LANES]; 15];
-        for lane in 0..LANES {
-            let Some(ray) = rays.get(lane.min(count.saturating_sub(1))) else { break };
-            let LocalRay { origin, direction, rounding } = space.ray(ray);
-            let [t_min, t_max] = if lane < count { [ray.t_min, ray.t_max] } else { [0.0, f64::NEG_INFINITY] };
-            let vectors = [ray.origin, ray.direction, origin, direction].map(|v| v.to_array());
-            for (row, &number) in
-                numbers.iter_mut().zip(vectors.as_flattened().iter().chain(&[rounding, t_min, t_max]))
-            {
-                row[lane] = number;
-            }
-        }
-        if count == 0 {
-            numbers[14] = [f64::NEG_INFINITY; LANES];
-        }
-        let row = |index: usize| -> f64x8<S> { numbers[index].simd_into(simd) };
-        let vector = |first: usize| Vector::new(row(first), row(first + 1), row(first + 2));
+    fn new(simd: S, space: &LocalSpace, (rays, first): (&[Ray], usize)) -> Self {
+        let row = |lane: usize| -> f64x8<S> {
+            let live = rays.get(first + lane);
+            let ray = live.unwrap_or(&rays[0]);
+            let t_max = if live.is_some() { ray.t_max } else { f64::NEG_INFINITY };
+            let (o, d) = (ray.origin, ray.direction);
+            [o.x, o.y, o.z, d.x, d.y, d.z, ray.t_min, t_max].simd_into(simd)
+        };
+        let rows = [row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7)];
+        let [ox, oy, oz, dx, dy, dz, t_min, t_max] = transpose(rows);
+        let world = WorldRays { origin: Vector::new(ox, oy, oz), direction: Vector::new(dx, dy, dz) };
+        let (origin, rounding) = space.points(world.origin);
+        let direction = space.vectors(world.direction);
         let zero = f64x8::splat(simd, 0.0);
         let infinity = f64x8::splat(simd, f64::INFINITY);
         Self {
-            world: WorldRays { origin: vector(0), direction: vector(3) },
-            local: LocalRays {
-                origin: vector(6),
-                direction: vector(9),
-                rounding: row(12),
-                t_min: row(13),
-                t_max: row(14),
-                t_limit: row(14),
-            },
+            world,
+            local: LocalRays { origin, direction, rounding, t_min, t_max, t_limit: t_max },
             best: Best { t: infinity, st: [zero; 2], leaf: zero, patch: infinity, trim_loop: zero },
         }
     }
+}
+
+/// Rows become columns: interleaving the rows of the first half with those of the second, three times.
+#[inline(always)]
+fn transpose<S: Simd>(rows: [f64x8<S>; LANES]) -> [f64x8<S>; LANES] {
+    let mut rows = rows;
+    for _ in 0..3 {
+        let (a, b) = rows[0].interleave(rows[4]);
+        let (c, d) = rows[1].interleave(rows[5]);
+        let (e, f) = rows[2].interleave(rows[6]);
+        let (g, h) = rows[3].interleave(rows[7]);
+        rows = [a, b, c, d, e, f, g, h];
+    }
+    rows
 }
 
 impl<S: Simd> Best<S> {

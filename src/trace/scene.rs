@@ -17,7 +17,7 @@ use super::projection::{AcrossRay, ProjectedNet};
 use super::query;
 use super::ray::Ray;
 use super::search::{SearchScratch, find_roots};
-use super::statistics::TraceStatistics;
+use super::statistics::{AccelerationStatistics, TraceStatistics};
 
 /// Rounded operations of evaluating a patch's point: two passes of at most 13 products and sums, the basis, the
 /// division by the weight.
@@ -145,11 +145,19 @@ impl TracedScene {
         &self.objects
     }
 
-    /// Leaves, nodes and bytes of the acceleration structure.
-    pub fn acceleration(&self) -> (usize, usize, usize) {
+    /// What the acceleration structure is made of.
+    pub fn acceleration(&self) -> AccelerationStatistics {
         let bytes =
             size_of_val(&*self.leaves) + size_of_val(&*self.cuts) + size_of_val(&*self.references);
-        (self.leaves.len(), self.bvh.nodes(), self.bvh.bytes() + bytes)
+        let leaves = self.leaves.len();
+        let inside = self.leaves.iter().filter(|leaf| matches!(leaf.cover, Cover::Inside(_))).count();
+        AccelerationStatistics {
+            leaves,
+            leaves_inside: inside,
+            leaves_crossed: leaves - inside,
+            nodes: self.bvh.nodes(),
+            bytes: self.bvh.bytes() + bytes,
+        }
     }
 
     /// Lowest and highest corner of a box around one object's surface; not the tightest.
@@ -168,6 +176,20 @@ impl TracedScene {
     /// Takes the counts of the calling thread, leaving zeros.
     pub fn take_statistics() -> TraceStatistics {
         SCRATCH.with_borrow_mut(|scratch| std::mem::take(&mut scratch.solver.statistics))
+    }
+
+    /// Runs work on the calling thread and gives what it counted; a call around this one counts it too.
+    ///
+    /// The work must not be shared among threads in turn: each counts for itself.
+    pub fn counting<T>(work: impl FnOnce() -> T) -> (T, TraceStatistics) {
+        let before = Self::take_statistics();
+        let result = work();
+        let counted = Self::take_statistics();
+        SCRATCH.with_borrow_mut(|scratch| {
+            scratch.solver.statistics = before;
+            scratch.solver.statistics += counted;
+        });
+        (result, counted)
     }
 
     /// The nearest hit.
