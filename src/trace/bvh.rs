@@ -130,7 +130,10 @@ impl Bvh {
             if child & PRIMITIVE == 0 {
                 let node = &self.nodes[child as usize];
                 let (entries, entered) = slabs.entries(node, far);
-                height = push_sorted(waiting, height, (&node.children, &entries), entered);
+                if let Some(nearest) = descend(waiting, &mut height, (&node.children, &entries), entered) {
+                    child = nearest;
+                    continue;
+                }
             } else {
                 t_max = visit((child & !PRIMITIVE) as usize, t_max);
                 if t_max == f64::NEG_INFINITY {
@@ -177,7 +180,10 @@ impl Bvh {
             if child & PRIMITIVE == 0 {
                 let node = &self.nodes[child as usize];
                 let (entries, entered) = slabs.entries(node, far);
-                height = push_sorted(waiting, height, (&node.children, &entries), entered);
+                if let Some(nearest) = descend(waiting, &mut height, (&node.children, &entries), entered) {
+                    child = nearest;
+                    continue;
+                }
             } else {
                 far = slabs.distance(visit((child & !PRIMITIVE) as usize)).min(slabs.far);
             }
@@ -196,28 +202,46 @@ impl Bvh {
     }
 }
 
-/// Pushes the children whose bits are set, the nearest on top; returns the new height.
+/// The nearest of the children whose bits are set; the others wait, the nearer on top.
 #[inline(always)]
-fn push_sorted(
+fn descend(
     waiting: &mut [(u32, f32)],
-    start: usize,
+    height: &mut usize,
     (children, entries): (&[u32; WIDTH], &[f32; WIDTH]),
     mut entered: u64,
-) -> usize {
-    let mut height = start;
+) -> Option<u32> {
+    let take = |entered: u64| {
+        let lane = entered.trailing_zeros() as usize % WIDTH;
+        (children[lane], entries[lane])
+    };
+    // few are entered as a rule, and a sort's branches are hard to predict
+    match entered.count_ones() {
+        0 => return None,
+        1 => return Some(take(entered).0),
+        2 => {
+            let (a, b) = (take(entered), take(entered & entered.wrapping_sub(1)));
+            let (near, far) = if b.1 < a.1 { (b, a) } else { (a, b) };
+            waiting[*height] = far;
+            *height += 1;
+            return Some(near.0);
+        }
+        _ => {}
+    }
+    let start = *height;
     while entered != 0 {
         let lane = entered.trailing_zeros() as usize % WIDTH;
         entered &= entered - 1;
         let entry = entries[lane];
-        let mut place = height;
+        let mut place = *height;
         while place > start && waiting[place - 1].1 < entry {
             waiting[place] = waiting[place - 1];
             place -= 1;
         }
         waiting[place] = (children[lane], entry);
-        height += 1;
+        *height += 1;
     }
-    height
+    *height -= 1;
+    Some(waiting[*height].0)
 }
 
 /// Nodes of eight and the depth of their tree: of a node's descendants, the one with the largest surface is opened
@@ -283,30 +307,28 @@ impl SlabRay {
     #[inline(always)]
     fn new(ray: &LocalRay, t_min: f64) -> Self {
         let per_t = ray.direction.length();
-        let direction = ray.direction.to_array().map(|d| d / per_t);
-        let origin = ray.origin.to_array();
-        let backward = direction.map(|d| d < 0.0);
-        // roundings: of the origin in double precision, of the result in single precision
-        let moved = |sign: f64| {
-            [0, 1, 2].map(|axis: usize| {
-                let slack =
-                    ray.rounding + f64::from(f32::EPSILON) * origin[axis].abs() + f64::from(f32::MIN_POSITIVE);
-                let sign = if backward[axis] { -sign } else { sign };
-                (origin[axis] + sign * slack) as f32
-            })
-        };
-        Self {
-            to_near: moved(1.0),
-            to_far: moved(-1.0),
-            inverse: direction.map(|d| {
-                // -0 goes forwards
-                let inverse = (1.0 / d.abs()).min(STEEPEST) as f32;
-                if d < 0.0 { -inverse } else { inverse }
-            }),
-            backward,
+        let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
+        let mut numbers = Self {
+            to_near: [0.0; 3],
+            to_far: [0.0; 3],
+            inverse: [0.0; 3],
+            backward: [false; 3],
             t_min: (t_min * per_t) as f32 * (1.0 - 4.0 * f32::EPSILON),
             per_t,
+        };
+        for axis in 0..3 {
+            // roundings: of the origin in double precision, of the result in single precision
+            let slack =
+                ray.rounding + f64::from(f32::EPSILON) * origin[axis].abs() + f64::from(f32::MIN_POSITIVE);
+            // -0 goes forwards
+            let backward = direction[axis] < 0.0;
+            let sign = if backward { -1.0 } else { 1.0 };
+            numbers.to_near[axis] = (origin[axis] + sign * slack) as f32;
+            numbers.to_far[axis] = (origin[axis] - sign * slack) as f32;
+            numbers.inverse[axis] = (sign * (per_t / direction[axis].abs()).min(STEEPEST)) as f32;
+            numbers.backward[axis] = backward;
         }
+        numbers
     }
 
     /// A ray parameter as a distance in the tree, rounded up.
@@ -321,10 +343,13 @@ impl<S: Simd> Slabs<S> {
     #[inline(always)]
     fn new(simd: S, ray: &SlabRay) -> Self {
         let splat = |x: f32| f32x8::splat(simd, x);
+        let origin = |axis: usize| [splat(ray.to_near[axis]), splat(ray.to_far[axis])];
+        let [x, y, z] = ray.inverse;
+        let [backward_x, backward_y, backward_z] = ray.backward;
         Self {
-            origin: [0, 1, 2].map(|axis| [splat(ray.to_near[axis]), splat(ray.to_far[axis])]),
-            inverse: ray.inverse.map(splat),
-            near: ray.backward.map(usize::from),
+            origin: [origin(0), origin(1), origin(2)],
+            inverse: [splat(x), splat(y), splat(z)],
+            near: [usize::from(backward_x), usize::from(backward_y), usize::from(backward_z)],
             t_min: splat(ray.t_min),
         }
     }

@@ -125,9 +125,8 @@ fn trace<S: Simd>(
         stack,
         #[inline(always)]
         |index| {
-            let target = scene.target(index);
             for half in 0..HALVES {
-                packet.visit_leaf(simd, (index, &target), (rays, half), solver, question);
+                packet.visit_leaf(simd, (scene, index), (rays, half), solver, question);
             }
             packet.halves[0].local.t_max.greater(packet.halves[1].local.t_max)
         },
@@ -140,14 +139,15 @@ impl<S: Simd> Packet<S> {
     fn visit_leaf(
         &mut self,
         simd: S,
-        (index, target): (usize, &Target<'_>),
+        (scene, index): (&TracedScene, usize),
         (rays, half): (&[Ray], usize),
         solver: &mut Solver,
         question: Question,
     ) {
         let Half { local, world, best } = &mut self.halves[half];
-        let Some(Approach { undecided, seeds }) = approach(target.leaf, local) else { return };
         solver.statistics.leaf_tests += LANES as u64;
+        let Some(Approach { undecided, seeds }) = approach(scene.leaf(index), local) else { return };
+        let target = &scene.target(index);
         let mut apart = undecided;
         for mut seed in seeds {
             seed.wanted = seed.wanted & !apart & !trimmed_away(target.leaf, target.cuts, &seed);

@@ -107,7 +107,7 @@ fn visit<S: Simd>(
         (&local, [ray.t_min, ray.t_max]),
         stack,
         #[inline(always)]
-        |index, t_max| visit_leaf(simd, &scene.target(index), &asked, (solver, t_max), &mut accept),
+        |index, t_max| visit_leaf(simd, (scene, index), &asked, (solver, t_max), &mut accept),
     );
 }
 
@@ -122,7 +122,7 @@ struct Asked<'a> {
 #[inline(always)]
 fn visit_leaf<S: Simd>(
     simd: S,
-    target: &Target<'_>,
+    (scene, index): (&TracedScene, usize),
     asked: &Asked<'_>,
     (solver, mut t_max): (&mut Solver, f64),
     accept: &mut impl FnMut(PatchHit, f64) -> f64,
@@ -137,7 +137,8 @@ fn visit_leaf<S: Simd>(
         t_max,
         t_limit: ray.t_max,
     };
-    let Some(found) = approach(target.leaf, &local) else { return t_max };
+    let Some(found) = approach(scene.leaf(index), &local) else { return t_max };
+    let target = &scene.target(index);
     let mut undecided = found.undecided;
     if !undecided {
         for seed in found.seeds {

@@ -239,6 +239,11 @@ impl TracedScene {
     }
 
     #[inline(always)]
+    pub(super) fn leaf(&self, index: usize) -> &Leaf {
+        &self.leaves[index]
+    }
+
+    #[inline(always)]
     pub(super) fn target(&self, leaf: usize) -> Target<'_> {
         let leaf = &self.leaves[leaf];
         let reference = &self.references[leaf.patch as usize];

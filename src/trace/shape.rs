@@ -60,7 +60,7 @@ impl Shape {
         let centre = space.point(point.position).as_vec3().as_dvec3();
         let (by_u, by_v) = (space.vector(point.dp_ds * half.x), space.vector(point.dp_dt * half.y));
         let normal = by_u.cross(by_v);
-        let height = normal.normalize_or_zero() * (by_u.length() * by_v.length()).sqrt();
+        let height = normal.normalize_or_zero() * by_u.length().max(by_v.length());
         let to_leaf = DMat3::from_cols(by_u, by_v, height).inverse();
         let to_leaf = DMat3::from_cols_array(&to_leaf.to_cols_array().map(|x| f64::from(nearest(x))));
         let usable = normal.length() > 1e-6 * by_u.length() * by_v.length() && to_leaf.is_finite();
