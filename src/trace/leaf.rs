@@ -63,7 +63,9 @@ pub(crate) struct Leaf {
     pub(crate) high: [f32; 3],
     /// Coefficients of u², u v and v² in f, g and h.
     pub(crate) forms: [[f32; 3]; 3],
-    /// Bound on the difference between the height of the surface above a point and h's quadratic form there.
+    /// Coefficients of x³, x² y, x y², y³ in the height of the surface above (x, y).
+    pub(crate) cubic: [f32; 4],
+    /// Bound on the difference between that height and the sum of h's quadratic form and the cubic one.
     pub(crate) height_error: f32,
     /// The same of their slopes along x and y.
     pub(crate) slope_error: [f32; 2],
@@ -199,6 +201,7 @@ impl Splitter<'_> {
             low: [0, 1, 2].map(|axis| down(reach[0][axis])),
             high: [0, 1, 2].map(|axis| up(reach[1][axis])),
             forms: shape.forms,
+            cubic: shape.cubic,
             height_error: up(shape.height_error + 4.0 * slack),
             slope_error: shape.slope_error.to_array().map(|error| up(error + 4.0 * slack)),
             place_error: up(shape.place_error + 4.0 * slack),

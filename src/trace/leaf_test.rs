@@ -15,6 +15,10 @@ const MAX_STEPS: usize = 10;
 /// A step this small, in parts of the leaf, is the last: the next would be about its square.
 const LAST_STEP: f64 = 1e-8;
 
+/// Bounds hold beyond the part of a ray that is of interest by this part of it and of the leaf's size, so that a root just
+/// outside is known to be the one that was isolated.
+const BEYOND: f64 = 0.1;
+
 /// Rays in local coordinates, with the part of them that is of interest.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LocalRays<R> {
@@ -73,8 +77,9 @@ pub(super) struct Roots<R: Real> {
 
 /// What rays can hit of a leaf; `None` if no ray can hit anything.
 ///
-/// Along a ray with leaf coordinates p(t) + z(t), its height above the surface is q(t) = z - h's form, up to the height error
-/// e0, and its slope that of q up to the slope error e1. q is c + b t + a t², with the discriminant D = b² - 4 a c. If
+/// Along a ray with leaf coordinates (p(t), z(t)), the surface's height above it is a quadratic and a cubic form of p less z, up
+/// to the height error, and its slope up to the slope error. Of that cubic in t, the quadratic q(t) = c + b t + a t² with
+/// t³ ≈ ¾ L² t for |t| <= L is off by e0 and its slope by e1, errors included. D = b² - 4 a c is its discriminant. If
 /// D > e1² + 4 |a| e0, then |q| > e0 wherever |q'| <= e1, so that about each root of q, between 2 e0 / √D on
 /// either side, there is at most one hit, and none elsewhere. If -D > 4 |a| e0, then |q| > e0 everywhere: no hit. Between
 /// these the ray is all but tangent.
@@ -90,10 +95,12 @@ pub(super) fn approach<R: Real>(leaf: &Leaf, rays: &LocalRays<R>) -> Option<Appr
     let length = offset.x.abs() + offset.y.abs() + offset.z.abs();
     let slack = (rays.rounding + length * (8.0 * f64::EPSILON)) * f64::from(leaf.steepness);
 
+    let one = slack.all(1.0);
+    let inverse = Vector::new(one / way.x, one / way.y, one / way.z);
     let span = [constant(slack, f32::NEG_INFINITY), constant(slack, f32::INFINITY)];
-    let span = slab(span, (leaf.low[0], leaf.high[0]), slack, (origin.x, way.x));
-    let span = slab(span, (leaf.low[1], leaf.high[1]), slack, (origin.y, way.y));
-    let [enter, leave] = slab(span, (leaf.low[2], leaf.high[2]), slack, (origin.z, way.z));
+    let span = slab(span, (leaf.low[0], leaf.high[0]), slack, (origin.x, inverse.x));
+    let span = slab(span, (leaf.low[1], leaf.high[1]), slack, (origin.y, inverse.y));
+    let [enter, leave] = slab(span, (leaf.low[2], leaf.high[2]), slack, (origin.z, inverse.z));
     let (from, to) = (enter.greater(rays.t_min), leave.lesser(rays.t_max));
     let entered = from.le(to + to.abs() * (4.0 * f64::EPSILON));
     if !entered.any() {
@@ -103,9 +110,12 @@ pub(super) fn approach<R: Real>(leaf: &Leaf, rays: &LocalRays<R>) -> Option<Appr
         let nothing = Seed::nothing(slack);
         return Some(Approach { undecided: entered, seeds: [nothing; 2] });
     }
-    let middle = (enter + leave) * 0.5;
-    let seen = SeenFrom { t: middle, place: origin.plus(way.times(middle)), way };
-    let Approach { undecided, seeds: [mut near, mut far] } = isolate(leaf, &seen, [from, to], slack);
+    let middle = (from + to) * 0.5;
+    let half = (to - from).abs() * 0.5;
+    let size = inverse.x.abs().lesser(inverse.y.abs()).lesser(inverse.z.abs());
+    let span = half + (half + size) * BEYOND;
+    let seen = SeenFrom { t: middle, half, span, place: origin.plus(way.times(middle)), way };
+    let Approach { undecided, seeds: [mut near, mut far] } = isolate(leaf, &seen, slack);
     near.wanted = near.wanted & entered;
     far.wanted = far.wanted & entered;
     let undecided = undecided & entered;
@@ -128,11 +138,10 @@ fn slab<R: Real>(
     [enter, leave]: [R; 2],
     (low, high): (f32, f32),
     slack: R,
-    (origin, way): (R, R),
+    (origin, inverse): (R, R),
 ) -> [R; 2] {
-    let inverse = way.all(1.0) / way;
-    let (low, high) = (constant(way, low) - slack, constant(way, high) + slack);
-    let backward = way.lt(way.all(0.0));
+    let (low, high) = (constant(slack, low) - slack, constant(slack, high) + slack);
+    let backward = inverse.lt(slack.all(0.0));
     let (near, far) = (R::select(backward, high, low), R::select(backward, low, high));
     // a direction in a side's plane from an origin in that plane gives NaN, which is dropped
     [enter.greater((near - origin) * inverse), leave.lesser((far - origin) * inverse)]
@@ -141,6 +150,10 @@ fn slab<R: Real>(
 /// Rays in leaf coordinates, as seen from the parameter `t`.
 struct SeenFrom<R> {
     t: R,
+    /// How far the part of interest reaches before and after.
+    half: R,
+    /// How far bounds hold.
+    span: R,
     place: Vector<R>,
     way: Vector<R>,
 }
@@ -160,32 +173,46 @@ impl<R: Real> Seed<R> {
 
     /// About the root `t` of the quadratic.
     #[inline(always)]
-    fn of(leaf: &Leaf, rays: &SeenFrom<R>, [t, window]: [R; 2], [from, to]: [R; 2], slack: R) -> Self {
+    fn of(leaf: &Leaf, rays: &SeenFrom<R>, [t, window]: [R; 2], slack: R) -> Self {
         let (x, y) = (rays.place.x + rays.way.x * t, rays.place.y + rays.way.y * t);
         let (u, v) = (x - form(&leaf.forms[0], x, y), y - form(&leaf.forms[1], x, y));
         let speed = rays.way.x.abs().greater(rays.way.y.abs());
         let radius = speed * window * f64::from(leaf.stretch) + constant(t, leaf.place_error) + slack;
         let reach = radius + (1.0 + f64::from(leaf.margin));
-        let wanted =
-            from.le(t + window) & (t - window).le(to) & u.abs().le(reach) & v.abs().le(reach);
+        let wanted = t.abs().le(rays.half + window) & u.abs().le(reach) & v.abs().le(reach);
+        let window = window.lesser(rays.span - t.abs());
         Self { wanted, t: t + rays.t, window, u, v, radius }
     }
 }
 
-/// The isolation of roots that [`approach`] describes, between the parameters `from` and `to`.
+/// The isolation of roots that [`approach`] describes.
 #[inline(always)]
-fn isolate<R: Real>(leaf: &Leaf, rays: &SeenFrom<R>, [from, to]: [R; 2], slack: R) -> Approach<R> {
-    let (from, to) = (from - rays.t, to - rays.t);
+fn isolate<R: Real>(leaf: &Leaf, rays: &SeenFrom<R>, slack: R) -> Approach<R> {
     let Vector { x, y, z } = rays.place;
     let Vector { x: dx, y: dy, z: dz } = rays.way;
-    let [uu, uv, vv] = &leaf.forms[2];
-    let (uu, uv, vv) = (constant(x, *uu), constant(x, *uv), constant(x, *vv));
-    let constant_term = uu * x * x + uv * x * y + vv * y * y - z;
-    let linear = uu * x * dx * 2.0 + uv * (x * dy + y * dx) + vv * y * dy * 2.0 - dz;
-    let square = uu * dx * dx + uv * dx * dy + vv * dy * dy;
-    let height_error = constant(x, leaf.height_error) + slack * 2.0;
-    let slope_error =
-        constant(x, leaf.slope_error[0]) * dx.abs() + constant(x, leaf.slope_error[1]) * dy.abs();
+    let [a, b, c] = &leaf.forms[2];
+    let (a, b, c) = (constant(x, *a), constant(x, *b), constant(x, *c));
+    let [xxx, xxy, xyy, yyy] = &leaf.cubic;
+    let (xxx, xxy) = (constant(x, *xxx), constant(x, *xxy));
+    let (xyy, yyy) = (constant(x, *xyy), constant(x, *yyy));
+    // the second partials of both forms, by the place and along the way: each form by Euler's theorem
+    let (axx, axy, ayy) = ((xxx * x * 3.0 + xxy * y), (xxy * x + xyy * y) * 2.0, (xyy * x + yyy * y * 3.0));
+    let span_squared = rays.span * rays.span;
+    let cube = ((xxx * dx + xxy * dy) * dx + xyy * dy * dy) * dx + yyy * dy * dy * dy;
+    let constant_term = (a + axx * (1.0 / 3.0)) * x * x
+        + (b + axy * (1.0 / 3.0)) * x * y
+        + (c + ayy * (1.0 / 3.0)) * y * y
+        - z;
+    let linear = ((a + a + axx) * x + (b + axy * 0.5) * y) * dx
+        + ((b + axy * 0.5) * x + (c + c + ayy) * y) * dy
+        - dz
+        + cube * span_squared * 0.75;
+    let square = (a + axx) * dx * dx + (b + axy) * dx * dy + (c + ayy) * dy * dy;
+    let cube = cube.abs() * span_squared;
+    let height_error = constant(x, leaf.height_error) + slack * 2.0 + cube * rays.span * 0.25;
+    let slope_error = constant(x, leaf.slope_error[0]) * dx.abs()
+        + constant(x, leaf.slope_error[1]) * dy.abs()
+        + cube * 2.25;
     let discriminant = linear * linear - square * constant_term * 4.0;
     let blur = square.abs() * height_error * 4.0;
     let unclear = slope_error * slope_error + blur;
@@ -195,7 +222,7 @@ fn isolate<R: Real>(leaf: &Leaf, rays: &SeenFrom<R>, [from, to]: [R; 2], slack: 
     let reach = (unclear + unclear).sqrt();
     let downward = square.lt(square.all(0.0));
     let (twice, middle) = ((square + square).abs(), R::select(downward, linear, -linear));
-    let elsewhere = (to * twice + reach).lt(middle) | middle.lt(from * twice - reach);
+    let elsewhere = (rays.half * twice + reach).lt(middle.abs());
     let undecided = !(isolated | missed | elsewhere);
     if !(isolated | undecided).any() {
         return Approach { undecided, seeds: [Seed::nothing(x); 2] };
@@ -207,8 +234,8 @@ fn isolate<R: Real>(leaf: &Leaf, rays: &SeenFrom<R>, [from, to]: [R; 2], slack: 
     let window = (height_error + height_error) / root;
     let swapped = b.lt(a);
     let (near, far) = (R::select(swapped, b, a), R::select(swapped, a, b));
-    let mut near = Seed::of(leaf, rays, [near, window], [from, to], slack);
-    let mut far = Seed::of(leaf, rays, [far, window], [from, to], slack);
+    let mut near = Seed::of(leaf, rays, [near, window], slack);
+    let mut far = Seed::of(leaf, rays, [far, window], slack);
     near.wanted = near.wanted & isolated;
     far.wanted = far.wanted & isolated;
     Approach { undecided, seeds: [near, far] }

@@ -12,7 +12,7 @@ use crate::patch::OrderWork;
 
 use super::Ray;
 use super::bvh::PacketSlabs;
-use super::leaf::{Cover, Leaf};
+use super::leaf::Cover;
 use super::leaf_test::{
     Approach, LocalRays, Roots, Seed, Sides, WorldRays, approach, newton, sides, trimmed_away,
 };
@@ -331,5 +331,3 @@ fn clear(apart: &mut [Option<PatchHit>], lanes: u64) {
         }
     }
 }
-
-const _: () = assert!(size_of::<Leaf>() <= 192, "a leaf is to fit three cache lines");
