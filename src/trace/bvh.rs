@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, f64x8};
+use fearless_simd::{Simd, f32x8, f32x16, f64x8, mask32x16};
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -480,10 +480,136 @@ impl<S: Simd> PacketSlabs<S> {
     }
 }
 
+impl Bvh {
+    /// Visits the boxes that rays of a packet enter, each tested by itself.
+    ///
+    /// `visit` is given a box's index and a bit for each ray that enters it, and returns where the rays end now, as
+    /// [`SpreadSlabs::distances`] gives it, if that has changed.
+    #[inline(always)]
+    pub(crate) fn traverse_spread<S: Simd>(
+        &self,
+        slabs: &SpreadSlabs<S>,
+        mut far: f32x16<S>,
+        stack: &mut Stack,
+        mut visit: impl FnMut(usize, u64) -> Option<f32x16<S>>,
+    ) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        stack.make_room(self.waiting);
+        let waiting = &mut *stack.masked;
+        let mut height = 0;
+        let mut child = 0;
+        let mut entered = u64::MAX;
+        loop {
+            if child & PRIMITIVE == 0 {
+                let node = &self.nodes[child as usize];
+                let start = height;
+                for lane in 0..WIDTH {
+                    if node.planes[0][0][lane] == f32::INFINITY {
+                        break;
+                    }
+                    let (entry, mask) = slabs.entry(node, lane, far, entered);
+                    if mask == 0 {
+                        continue;
+                    }
+                    let mut place = height;
+                    while place > start && waiting[place - 1].1 < entry {
+                        waiting[place] = waiting[place - 1];
+                        place -= 1;
+                    }
+                    waiting[place] = (node.children[lane], entry, mask);
+                    height += 1;
+                }
+            } else if let Some(new) = visit((child & !PRIMITIVE) as usize, entered) {
+                far = new;
+            }
+            if height == 0 {
+                return;
+            }
+            height -= 1;
+            (child, _, entered) = waiting[height];
+        }
+    }
+}
+
+/// Rays of a packet ready for slab tests of each by itself.
+pub(crate) struct SpreadSlabs<S: Simd> {
+    /// The origins moved by their rounding, for lower planes and for upper ones.
+    origin: [[f32x16<S>; 2]; 3],
+    inverse: [f32x16<S>; 3],
+    t_min: f32x16<S>,
+    /// The tree's distance for each unit of the rays' `t`.
+    per_t: [f64x8<S>; 2],
+}
+
+impl<S: Simd> SpreadSlabs<S> {
+    /// Of rays side by side.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, [a, b]: [&LocalRays<f64x8<S>>; 2]) -> Self {
+        let per_t = [Real::sqrt(a.direction.dot(a.direction)), Real::sqrt(b.direction.dot(b.direction))];
+        let slack = |half: &LocalRays<f64x8<S>>, origin: f64x8<S>| {
+            half.rounding + Real::abs(origin) * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE)
+        };
+        let origin = |p: f64x8<S>, q: f64x8<S>| {
+            let (e, f) = (slack(a, p), slack(b, q));
+            [simd.narrow_f64x8(p + e, q + f), simd.narrow_f64x8(p - e, q - f)]
+        };
+        let steep = |per_t: f64x8<S>, d: f64x8<S>| {
+            // -0 goes forwards
+            let inverse = (per_t / Real::abs(d)).lesser(d.all(STEEPEST));
+            f64x8::select(Real::lt(d, d.all(0.0)), -inverse, inverse)
+        };
+        let inverse =
+            |p: f64x8<S>, q: f64x8<S>| simd.narrow_f64x8(steep(per_t[0], p), steep(per_t[1], q));
+        Self {
+            origin: [
+                origin(a.origin.x, b.origin.x),
+                origin(a.origin.y, b.origin.y),
+                origin(a.origin.z, b.origin.z),
+            ],
+            inverse: [
+                inverse(a.direction.x, b.direction.x),
+                inverse(a.direction.y, b.direction.y),
+                inverse(a.direction.z, b.direction.z),
+            ],
+            t_min: simd.narrow_f64x8(a.t_min * per_t[0], b.t_min * per_t[1]) * (1.0 - 4.0 * f32::EPSILON),
+            per_t,
+        }
+    }
+
+    /// Ray parameters as distances in the tree, rounded up.
+    #[inline(always)]
+    pub(crate) fn distances(&self, [a, b]: [f64x8<S>; 2]) -> f32x16<S> {
+        let simd = self.t_min.token();
+        simd.narrow_f64x8(a * self.per_t[0], b * self.per_t[1]) * SLAB_SLACK
+    }
+
+    /// Where the first of some rays enters a node's box, and a bit for each that enters it before its end.
+    #[inline(always)]
+    fn entry(&self, node: &Node, lane: usize, far: f32x16<S>, rays: u64) -> (f32, u64) {
+        let mut enter = self.t_min;
+        let mut leave = far;
+        for axis in 0..3 {
+            let [low, high] = [node.planes[axis][0][lane], node.planes[axis][1][lane]];
+            let [to_low, to_high] = self.origin[axis];
+            let low = (-to_low + low) * self.inverse[axis];
+            let high = (-to_high + high) * self.inverse[axis];
+            enter = enter.max(low.min(high));
+            leave = leave.min(low.max(high) * SLAB_SLACK);
+        }
+        let mask = enter.simd_le(leave).to_bitmask() & rays;
+        let entered = mask32x16::from_bitmask(self.t_min.token(), mask);
+        (entered.select(enter, f32x16::splat(self.t_min.token(), f32::INFINITY)).reduce_min(), mask)
+    }
+}
+
 /// Nodes and boxes still to visit; kept from ray to ray.
 #[derive(Debug, Default)]
 pub(crate) struct Stack {
     entries: Vec<(u32, f32)>,
+    /// With a bit for each ray that is to visit them.
+    masked: Vec<(u32, f32, u64)>,
 }
 
 impl Stack {
@@ -491,6 +617,7 @@ impl Stack {
     fn make_room(&mut self, waiting: usize) {
         if self.entries.len() < waiting {
             self.entries.resize(waiting, (0, 0.0));
+            self.masked.resize(waiting, (0, 0.0, 0));
         }
     }
 }

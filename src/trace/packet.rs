@@ -11,7 +11,7 @@ use crate::math::lanes::{LANES, Real, Truth, Vector};
 use crate::patch::OrderWork;
 
 use super::Ray;
-use super::bvh::PacketSlabs;
+use super::bvh::{PacketSlabs, SpreadSlabs};
 use super::leaf::Cover;
 use super::leaf_test::{
     Approach, LocalRays, Roots, Seed, Sides, WorldRays, approach, newton, sides, trimmed_away,
@@ -25,6 +25,10 @@ const HALVES: usize = 2;
 
 /// Rays in a packet.
 pub(super) const PACKET: usize = HALVES * LANES;
+
+/// Rays whose origins are within this part of the scene's size are traced as one whatever their directions: for those that
+/// bounce off neighbouring points it takes a third less time, for those that start anywhere twice as much.
+const TOGETHER: f64 = 0.05;
 
 /// What is asked of the rays of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,25 +120,57 @@ fn trace<S: Simd>(
         Half::new(simd, scene.space(), (rays, 0)),
         Half::new(simd, scene.space(), (rays, LANES)),
     ];
-    let slabs = PacketSlabs::new(simd, [&halves[0].local, &halves[1].local])?;
+    let together = PacketSlabs::new(simd, [&halves[0].local, &halves[1].local]);
+    if together.is_none() && !start_together(&halves) {
+        return None;
+    }
     let mut packet = Packet { halves, apart: [None; PACKET] };
     let Scratch { stack, solver } = scratch;
     solver.statistics.rays += rays.len() as u64;
-    scene.bvh().traverse_packet(
-        &slabs,
-        stack,
-        #[inline(always)]
-        |index| {
-            for half in 0..HALVES {
-                packet.visit_leaf(simd, (scene, index), (rays, half), solver, question);
-            }
-            packet.halves[0].local.t_max.greater(packet.halves[1].local.t_max)
-        },
-    );
+    if let Some(slabs) = together {
+        scene.bvh().traverse_packet(
+            &slabs,
+            stack,
+            #[inline(always)]
+            |index| {
+                for half in 0..HALVES {
+                    packet.visit_leaf(simd, (scene, index), (rays, half), solver, question);
+                }
+                packet.halves[0].local.t_max.greater(packet.halves[1].local.t_max)
+            },
+        );
+    } else {
+        let slabs = SpreadSlabs::new(simd, [&packet.halves[0].local, &packet.halves[1].local]);
+        let far = slabs.distances([packet.halves[0].local.t_max, packet.halves[1].local.t_max]);
+        scene.bvh().traverse_spread(
+            &slabs,
+            far,
+            stack,
+            #[inline(always)]
+            |index, entered| {
+                let mut changed = false;
+                for half in 0..HALVES {
+                    if entered >> (half * LANES) & 0xff != 0 {
+                        changed |= packet.visit_leaf(simd, (scene, index), (rays, half), solver, question);
+                    }
+                }
+                changed.then(|| slabs.distances([packet.halves[0].local.t_max, packet.halves[1].local.t_max]))
+            },
+        );
+    }
     Some(packet)
 }
 
+/// Whether rays start close enough together to have the first boxes in common.
+#[inline(always)]
+fn start_together<S: Simd>([a, b]: &[Half<S>; HALVES]) -> bool {
+    let extent = |p: f64x8<S>, q: f64x8<S>| p.greater(q).reduce_max() - p.lesser(q).reduce_min();
+    let (a, b) = (&a.local.origin, &b.local.origin);
+    extent(a.x, b.x).max(extent(a.y, b.y)).max(extent(a.z, b.z)) <= TOGETHER
+}
+
 impl<S: Simd> Packet<S> {
+    /// Whether it hit anything.
     #[inline(always)]
     fn visit_leaf(
         &mut self,
@@ -143,12 +179,13 @@ impl<S: Simd> Packet<S> {
         (rays, half): (&[Ray], usize),
         solver: &mut Solver,
         question: Question,
-    ) {
+    ) -> bool {
         let Half { local, world, best } = &mut self.halves[half];
         solver.statistics.leaf_tests += LANES as u64;
-        let Some(Approach { undecided, seeds }) = approach(scene.leaf(index), local) else { return };
+        let Some(Approach { undecided, seeds }) = approach(scene.leaf(index), local) else { return false };
         let target = &scene.target(index);
         let mut apart = undecided;
+        let mut changed = false;
         for mut seed in seeds {
             seed.wanted = seed.wanted & !apart & !trimmed_away(target.leaf, target.cuts, &seed);
             if !seed.wanted.any() {
@@ -174,10 +211,12 @@ impl<S: Simd> Packet<S> {
                     (trim_loop, hit & inside)
                 }
             };
+            changed = true;
             best.take(hit, [t, roots.s, roots.t], [t.all(index as f64), number, trim_loop]);
             clear(&mut self.apart[half * LANES..], hit.to_bitmask());
         }
         if apart.any() {
+            changed = true;
             self.ask_apart((index, target), (rays, half, apart.to_bitmask()), solver);
         }
         let Half { local, best, .. } = &mut self.halves[half];
@@ -188,6 +227,7 @@ impl<S: Simd> Packet<S> {
                 f64x8::select(found, best.t.all(f64::NEG_INFINITY), local.t_max)
             }
         };
+        changed
     }
 
     /// Lanes that the leaf's bounds or single precision cannot decide, one at a time.
