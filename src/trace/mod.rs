@@ -4,6 +4,8 @@ mod brute_force;
 mod bvh;
 mod clipping;
 mod dispatch;
+#[cfg(test)]
+mod hard_cases;
 mod interaction;
 mod leaf;
 mod leaf_test;
