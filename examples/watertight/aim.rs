@@ -11,7 +11,7 @@ const BALLS: usize = 2000;
 /// Balls to choose from for each piece of the surface: the nearest.
 const NEAREST: usize = 4;
 
-/// Deterministic random numbers: SplitMix64.
+/// Deterministic random numbers: `SplitMix64`.
 pub(crate) struct Random(u64);
 
 impl Random {
@@ -145,7 +145,9 @@ impl<'a> Aims<'a> {
             0 | 1 => a,
             2 => a.midpoint(b),
             3 => a.lerp(b, libm::pow(10.0, -14.0 * random.unit())),
-            4 => halving_point(corners, random),
+            4 => Some(halving_point(corners, random))
+                .filter(|&st| trimmed.trim.find(st, DVec2::ZERO).is_some())
+                .unwrap_or(b),
             _ => a.lerp(b, random.unit()),
         };
         // mostly one next to it, so that the ray crosses the surface nowhere else
@@ -155,7 +157,7 @@ impl<'a> Aims<'a> {
     }
 }
 
-/// A point of a convex loop on a line that halves its bounding rectangle, or a half of it and so on.
+/// A point in or near a convex loop on a line that halves its bounding rectangle, or a half of it and so on.
 fn halving_point(corners: &[DVec2], random: &mut Random) -> DVec2 {
     let low = corners.iter().copied().fold(DVec2::INFINITY, DVec2::min);
     let high = corners.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);

@@ -154,7 +154,7 @@ impl Checker<'_> {
         let origin = target.border - away * towards;
         let ray = Ray { t_max: 1.0, ..Ray::new(origin, target.inside - origin) };
         let hits = self.check(&ray, 1, tally);
-        let near = SAME_PLACE * self.solid.diagonal();
+        let near = self.same_place(&ray);
         tally.beside += u64::from(!hits.iter().any(|hit| ray.at(hit.t).distance(target.border) <= near));
         self.check(&Ray::new(target.inside, target.border - target.inside), -1, tally);
     }
@@ -173,7 +173,7 @@ impl Checker<'_> {
         let first = hits.first().map(|hit| hit.t);
         let apart = |t: f64| (t - first.unwrap_or(f64::INFINITY)).abs() * ray.direction.length();
         let agrees = closest.is_some() == first.is_some()
-            && closest.is_none_or(|hit| apart(hit.t) <= SAME_PLACE * self.solid.diagonal())
+            && closest.is_none_or(|hit| apart(hit.t) <= self.same_place(ray))
             && scene.any_hit(ray) == first.is_some();
         if !agrees {
             tally.fail(Fault::Contradiction, ray);
@@ -192,6 +192,11 @@ impl Checker<'_> {
         hits
     }
 
+    /// How near hits of a ray are one crossing: far from the origin roundings are larger.
+    fn same_place(&self, ray: &Ray) -> f64 {
+        SAME_PLACE * (self.solid.diagonal() + 1e-3 * ray.origin.distance(self.solid.centre))
+    }
+
     /// Entries less exits; `None` if the ray touches the surface, or enters and leaves in one place.
     fn crossings(&self, ray: &Ray, hits: &[PatchHit]) -> Option<i64> {
         let length = ray.direction.length();
@@ -203,7 +208,7 @@ impl Checker<'_> {
                 return None;
             }
             let sign = if cos < 0.0 { 1 } else { -1 };
-            let same_place = last.filter(|(t, _)| (hit.t - t) * length <= SAME_PLACE * self.solid.diagonal());
+            let same_place = last.filter(|(t, _)| (hit.t - t) * length <= self.same_place(ray));
             match same_place {
                 Some((_, other)) if other != sign => return None,
                 Some(_) => {}
@@ -228,14 +233,18 @@ impl Checker<'_> {
         tally.from_volume = tally.from_volume.max(from_volume);
         let frame = &scene.objects()[0].patches[hit.patch as usize].frame;
         let st_error = hit.st_error.x * frame.s.length() + hit.st_error.y * frame.t.length();
+        let slide = hit.st_error.x * interaction.dp_ds.length() + hit.st_error.y * interaction.dp_dt.length();
         let corners = &self.solid.polygons[hit.polygon as usize];
         let off_polygon = corners[1..]
             .windows(2)
             .map(|pair| distance(interaction.rest, [corners[0], pair[0], pair[1]]))
             .fold(f64::INFINITY, f64::min);
-        let far = 4.0 * f64::EPSILON * ray.origin.distance(self.solid.centre) / diagonal;
-        // so written, NaN is a ghost
-        !(from_ray <= BOUND + far && from_volume <= BOUND && off_polygon <= BOUND * diagonal + 2.0 * st_error)
+        // the ray itself is known to the rounding of some tens of operations on coordinates of its origin's size
+        let far = 64.0 * f64::EPSILON * ray.origin.distance(self.solid.centre) / diagonal;
+        // at a border a hit may be as far outside as its error says, and the volume ends there; so written, NaN is a ghost
+        !(from_ray <= BOUND + far
+            && from_volume <= BOUND + 2.0 * slide / diagonal
+            && off_polygon <= BOUND * diagonal + 2.0 * st_error)
     }
 }
 

@@ -48,10 +48,10 @@ struct Options {
     /// Give the lattice weights
     #[arg(long)]
     rational: bool,
-    /// Only this ray, "ox oy oz dx dy dz" with t in (0, t_max), and what it hits
+    /// Only this ray, "ox oy oz dx dy dz", and what it hits
     #[arg(long, allow_hyphen_values = true)]
     ray: Option<String>,
-    /// The end of `--ray`
+    /// Where the ray of `--ray` ends
     #[arg(long, default_value_t = f64::INFINITY)]
     t_max: f64,
 }
