@@ -434,8 +434,7 @@ impl<S: Simd> PacketSlabs<S> {
     /// Of rays side by side; `None` if their directions are not all in one octant.
     #[inline(always)]
     pub(crate) fn new(simd: S, [a, b]: [&LocalRays<f64x8<S>>; 2]) -> Option<Self> {
-        let per_t =
-            [Real::sqrt(a.direction.dot(a.direction)), Real::sqrt(b.direction.dot(b.direction))];
+        let per_t = [Real::sqrt(a.direction.dot(a.direction)), Real::sqrt(b.direction.dot(b.direction))];
         let slack = [a.rounding, b.rounding];
         let x = PacketAxis::new([a.origin.x, b.origin.x], [a.direction.x, b.direction.x], slack, per_t)?;
         let y = PacketAxis::new([a.origin.y, b.origin.y], [a.direction.y, b.direction.y], slack, per_t)?;
@@ -560,8 +559,7 @@ impl<S: Simd> SpreadSlabs<S> {
             let inverse = (per_t / Real::abs(d)).lesser(d.all(STEEPEST));
             f64x8::select(Real::lt(d, d.all(0.0)), -inverse, inverse)
         };
-        let inverse =
-            |p: f64x8<S>, q: f64x8<S>| simd.narrow_f64x8(steep(per_t[0], p), steep(per_t[1], q));
+        let inverse = |p: f64x8<S>, q: f64x8<S>| simd.narrow_f64x8(steep(per_t[0], p), steep(per_t[1], q));
         Self {
             origin: [
                 origin(a.origin.x, b.origin.x),

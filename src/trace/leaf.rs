@@ -24,6 +24,10 @@ pub(crate) const DOMAIN: f64 = 1.25;
 /// Most halvings of a rectangle: a patch with a cusp or a collapsed edge would be split for ever.
 const MAX_HALVINGS: u32 = 10;
 
+/// Most that the tolerance of the trim's borders grows to, for rays that are all but tangent: a tangent root is off by the
+/// square root of the error across the ray. In local units, in which scenes have a size near 1.
+pub(crate) const TANGENT_TOLERANCE: f64 = 1.5e-8;
+
 /// Leaves overlap by this part of their size, so that a hit on their common border is in at least one.
 const OVERLAP: f64 = 1e-12;
 
@@ -77,10 +81,9 @@ pub(crate) struct Leaf {
     pub(crate) stretch: f32,
     /// Rounding of leaf coordinates for each unit of rounding in local ones.
     pub(crate) steepness: f32,
-    /// How far outside the leaf a hit still counts, for overlap and rounding.
-    pub(crate) margin: f32,
-    /// Values of cuts within this of 0 decide nothing.
-    pub(crate) cut_margin: f32,
+    /// Within this of a cut or a side of the rectangle, (u, v) in single precision decides nothing; farther than this
+    /// outside there is no hit, rounding included but for that of the ray.
+    pub(crate) border: f32,
     /// The middle of the rectangle in the patch's unit square and half its sides.
     pub(crate) middle: [f64; 2],
     pub(crate) half: [f64; 2],
@@ -98,7 +101,7 @@ impl Leaf {
     /// Lowest and highest corner in the patch's unit square.
     pub(crate) fn rectangle(&self) -> [DVec2; 2] {
         let (middle, half) = (DVec2::from_array(self.middle), DVec2::from_array(self.half));
-        let reach = half * (1.0 + f64::from(self.margin));
+        let reach = half * (1.0 + f64::from(self.border));
         [middle - reach, middle + reach]
     }
 }
@@ -190,10 +193,9 @@ impl Splitter<'_> {
         // across a ray that a proof is made for, an error moves the hit by twice its length in leaf coordinates at most
         let slack = OVERLAP + 8.0 * self.error * steepness;
         let smallest = half.min_element().max(f64::MIN_POSITIVE);
-        let margin = slack + 4.0 * f64::EPSILON / smallest;
-        let cut_margin = CUT_ROUNDING + f64::EPSILON.sqrt() / smallest;
-        let corners = || inside.iter().flat_map(|(_, corners)| corners).map(|&st| (st - middle) / half);
-        let (reach, world) = self.reach(candidate, corners(), slack);
+        let border = CUT_ROUNDING + 2.0 * TANGENT_TOLERANCE * steepness + 8.0 * f64::EPSILON / smallest;
+        let corners = inside.iter().flat_map(|(_, corners)| corners).map(|&st| (st - middle) / half);
+        let (reach, world) = self.reach(candidate, corners, slack + border);
         let cover = self.cover(candidate);
         self.into.leaves.push(Leaf {
             to_leaf: [0, 1, 2].map(|row| single(shape.to_leaf.row(row))),
@@ -208,8 +210,7 @@ impl Splitter<'_> {
             domain: down(shape.domain),
             stretch: up(shape.stretch),
             steepness: up(steepness),
-            margin: up(margin),
-            cut_margin: up(cut_margin),
+            border: up(border),
             middle: middle.to_array(),
             half: half.to_array(),
             patch: self.patch,
@@ -227,7 +228,7 @@ impl Splitter<'_> {
         slack: f64,
     ) -> ([DVec3; 2], [DVec3; 2]) {
         let shape = &candidate.shape;
-        let pad = 8.0 * self.error + 4.0 * OVERLAP;
+        let pad = 8.0 * self.error + 4.0 * OVERLAP + 2.0 * TANGENT_TOLERANCE;
         if !shape.is_proven() {
             let [low, high] = shape.hull(&self.trimmed.patch, [candidate.low, candidate.high], self.space);
             let pad = pad * (1.0 + (high - low).length());

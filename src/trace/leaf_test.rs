@@ -2,12 +2,10 @@
 //!
 //! Written for one ray or for several side by side ([`Real`]); every lane does what one ray alone would do.
 
-use glam::DVec2;
-
 use crate::math::lanes::{Real, Truth, Vector};
 use crate::patch::PointLanes;
 
-use super::leaf::{Cut, DOMAIN, Leaf};
+use super::leaf::{Cover, Cut, DOMAIN, Leaf};
 
 /// Most Newton steps from a seed. It is close enough for 2 to 4; a search that takes more is given to clipping.
 const MAX_STEPS: usize = 10;
@@ -57,10 +55,14 @@ pub(super) struct Seed<R: Real> {
     t: R,
     /// The root's distance from `t` is no more than this.
     window: R,
+    /// Roots that are no farther than this from `t` are told apart by the bounds.
+    told_apart: R,
     u: R,
     v: R,
     /// The root's distance from (u, v) along each is no more than this.
     radius: R,
+    /// How far outside the leaf a root still counts, if the trim holds it.
+    border: R,
 }
 
 /// Roots that Newton's method found.
@@ -68,7 +70,7 @@ pub(super) struct Seed<R: Real> {
 pub(super) struct Roots<R: Real> {
     /// Where the isolated root was found, in the leaf or beside it.
     pub(super) found: R::Truth,
-    /// Where it is in the leaf's rectangle.
+    /// Where it is in the leaf's rectangle or not far outside.
     pub(super) inside: R::Truth,
     pub(super) s: R,
     pub(super) t: R,
@@ -101,8 +103,10 @@ pub(super) fn approach<R: Real>(leaf: &Leaf, rays: &LocalRays<R>) -> Option<Appr
     let span = slab(span, (leaf.low[0], leaf.high[0]), slack, (origin.x, inverse.x));
     let span = slab(span, (leaf.low[1], leaf.high[1]), slack, (origin.y, inverse.y));
     let [enter, leave] = slab(span, (leaf.low[2], leaf.high[2]), slack, (origin.z, inverse.z));
-    let (from, to) = (enter.greater(rays.t_min), leave.lesser(rays.t_max));
-    let entered = from.le(to + to.abs() * (4.0 * f64::EPSILON));
+    // hits must not depend on those found before, so that only the ray's own end shortens what is looked at
+    let (from, to) = (enter.greater(rays.t_min), leave.lesser(rays.t_limit));
+    let end = to.lesser(rays.t_max);
+    let entered = from.le(end + end.abs() * (4.0 * f64::EPSILON));
     if !entered.any() {
         return None;
     }
@@ -116,8 +120,8 @@ pub(super) fn approach<R: Real>(leaf: &Leaf, rays: &LocalRays<R>) -> Option<Appr
     let span = half + (half + size) * BEYOND;
     let seen = SeenFrom { t: middle, half, span, place: origin.plus(way.times(middle)), way };
     let Approach { undecided, seeds: [mut near, mut far] } = isolate(leaf, &seen, slack);
-    near.wanted = near.wanted & entered;
-    far.wanted = far.wanted & entered;
+    near.wanted = near.wanted & entered & (near.t - near.window).le(rays.t_max);
+    far.wanted = far.wanted & entered & (far.t - far.window).le(rays.t_max);
     let undecided = undecided & entered;
     (undecided | near.wanted | far.wanted).any().then_some(Approach { undecided, seeds: [near, far] })
 }
@@ -168,7 +172,16 @@ impl<R: Real> Seed<R> {
     #[inline(always)]
     fn nothing(like: R) -> Self {
         let zero = like.all(0.0);
-        Self { wanted: zero.lt(zero), t: zero, window: zero, u: zero, v: zero, radius: zero }
+        Self {
+            wanted: zero.lt(zero),
+            t: zero,
+            window: zero,
+            told_apart: zero,
+            u: zero,
+            v: zero,
+            radius: zero,
+            border: zero,
+        }
     }
 
     /// About the root `t` of the quadratic.
@@ -178,10 +191,10 @@ impl<R: Real> Seed<R> {
         let (u, v) = (x - form(&leaf.forms[0], x, y), y - form(&leaf.forms[1], x, y));
         let speed = rays.way.x.abs().greater(rays.way.y.abs());
         let radius = speed * window * f64::from(leaf.stretch) + constant(t, leaf.place_error) + slack;
-        let reach = radius + (1.0 + f64::from(leaf.margin));
+        let border = constant(t, leaf.border) + slack * 2.0;
+        let reach = radius + border + 1.0;
         let wanted = t.abs().le(rays.half + window) & u.abs().le(reach) & v.abs().le(reach);
-        let window = window.lesser(rays.span - t.abs());
-        Self { wanted, t: t + rays.t, window, u, v, radius }
+        Self { wanted, t: t + rays.t, window, told_apart: rays.span - t.abs(), u, v, radius, border }
     }
 }
 
@@ -199,14 +212,12 @@ fn isolate<R: Real>(leaf: &Leaf, rays: &SeenFrom<R>, slack: R) -> Approach<R> {
     let (axx, axy, ayy) = ((xxx * x * 3.0 + xxy * y), (xxy * x + xyy * y) * 2.0, (xyy * x + yyy * y * 3.0));
     let span_squared = rays.span * rays.span;
     let cube = ((xxx * dx + xxy * dy) * dx + xyy * dy * dy) * dx + yyy * dy * dy * dy;
-    let constant_term = (a + axx * (1.0 / 3.0)) * x * x
-        + (b + axy * (1.0 / 3.0)) * x * y
-        + (c + ayy * (1.0 / 3.0)) * y * y
-        - z;
-    let linear = ((a + a + axx) * x + (b + axy * 0.5) * y) * dx
-        + ((b + axy * 0.5) * x + (c + c + ayy) * y) * dy
-        - dz
-        + cube * span_squared * 0.75;
+    let constant_term =
+        (a + axx * (1.0 / 3.0)) * x * x + (b + axy * (1.0 / 3.0)) * x * y + (c + ayy * (1.0 / 3.0)) * y * y
+            - z;
+    let linear =
+        ((a + a + axx) * x + (b + axy * 0.5) * y) * dx + ((b + axy * 0.5) * x + (c + c + ayy) * y) * dy - dz
+            + cube * span_squared * 0.75;
     let square = (a + axx) * dx * dx + (b + axy) * dx * dy + (c + ayy) * dy * dy;
     let cube = cube.abs() * span_squared;
     let height_error = constant(x, leaf.height_error) + slack * 2.0 + cube * rays.span * 0.25;
@@ -243,8 +254,8 @@ fn isolate<R: Real>(leaf: &Leaf, rays: &SeenFrom<R>, slack: R) -> Approach<R> {
 
 /// Whether a root about the seed is outside the loop of each of some cuts.
 #[inline(always)]
-pub(super) fn trimmed_away<R: Real>(leaf: &Leaf, cuts: &[Cut], seed: &Seed<R>) -> R::Truth {
-    let limit = -(seed.radius + constant(seed.t, leaf.cut_margin));
+pub(super) fn trimmed_away<R: Real>(cuts: &[Cut], seed: &Seed<R>) -> R::Truth {
+    let limit = -(seed.radius + seed.border);
     // without cuts the whole leaf is inside
     let mut away = if cuts.is_empty() { limit.lt(limit) } else { limit.le(limit) };
     for of_loop in cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop) {
@@ -300,10 +311,10 @@ pub(super) fn newton<R: Real>(
     }
     // the window is what the bounds say in exact arithmetic
     let window = seed.window * (1.0 + 1e-6) + ray_t.abs() * (8.0 * f64::EPSILON);
+    let window = window.lesser(seed.told_apart);
     let told_apart = constant(u, leaf.domain);
-    let found =
-        found & (ray_t - seed.t).abs().le(window) & u.abs().le(told_apart) & v.abs().le(told_apart);
-    let edge = u.all(1.0 + f64::from(leaf.margin));
+    let found = found & (ray_t - seed.t).abs().le(window) & u.abs().le(told_apart) & v.abs().le(told_apart);
+    let edge = seed.border + 1.0;
     Roots { found, inside: found & u.abs().le(edge) & v.abs().le(edge), s, t, ray_t }
 }
 
@@ -331,54 +342,30 @@ impl<R: Real> NewtonStep<R> {
     }
 }
 
-/// Where a root is with respect to the cuts of a leaf.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Side {
-    /// Inside this loop.
-    Inside(u32),
-    /// Outside all loops.
-    Outside,
-    /// Too near to an edge for single precision.
-    Unclear,
-}
-
-/// Where a root at (s, t) is with respect to the cuts of a leaf.
-#[inline(always)]
-pub(super) fn side(leaf: &Leaf, cuts: &[Cut], st: DVec2) -> Side {
-    let margin = f64::from(leaf.cut_margin);
-    let uv = (st - DVec2::from_array(leaf.middle)) / DVec2::from_array(leaf.half);
-    let mut unclear = false;
-    for of_loop in cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop) {
-        let mut least = f64::INFINITY;
-        for cut in of_loop {
-            least = least.lesser(cut_value(cut, uv.x, uv.y));
-        }
-        if least > margin && !unclear {
-            return Side::Inside(of_loop[0].trim_loop);
-        }
-        // so written, NaN is unclear
-        unclear |= !(least < -margin);
-    }
-    if unclear { Side::Unclear } else { Side::Outside }
-}
-
-/// [`side`] of several roots.
+/// Where roots are with respect to the trim of a leaf.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sides<R: Real> {
     /// The loop they are inside of.
     pub(super) trim_loop: R,
     pub(super) inside: R::Truth,
+    /// Too near to a border for single precision.
     pub(super) unclear: R::Truth,
 }
 
-/// As [`side`], in each lane.
+/// Where roots at (s, t) are with respect to the trim of a leaf.
 #[inline(always)]
 pub(super) fn sides<R: Real>(leaf: &Leaf, cuts: &[Cut], [s, t]: [R; 2]) -> Sides<R> {
-    let margin = constant(s, leaf.cut_margin);
     let u = (s - leaf.middle[0]) / s.all(leaf.half[0]);
     let v = (t - leaf.middle[1]) / t.all(leaf.half[1]);
-    let none = margin.lt(margin);
-    let mut sides = Sides { trim_loop: s.all(0.0), inside: none, unclear: none };
+    let one = s.all(1.0);
+    // so written, NaN is unclear
+    let beside = !(u.abs().le(one) & v.abs().le(one));
+    let none = one.lt(one);
+    let margin = constant(s, leaf.border);
+    let mut sides = Sides { trim_loop: s.all(0.0), inside: none, unclear: beside };
+    if let Cover::Inside(trim_loop) = leaf.cover {
+        return Sides { trim_loop: s.all(f64::from(trim_loop)), inside: !beside, unclear: beside };
+    }
     for of_loop in cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop) {
         let mut least = s.all(f64::INFINITY);
         for cut in of_loop {

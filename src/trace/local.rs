@@ -43,8 +43,10 @@ impl LocalSpace {
     #[inline(always)]
     pub(crate) fn points<R: Real>(&self, world: Vector<R>) -> (Vector<R>, R) {
         let [x, y, z] = self.centre.to_array();
-        let local = Vector::new((world.x - x) * self.scale, (world.y - y) * self.scale, (world.z - z) * self.scale);
-        let size = (world.x.abs() + x.abs()).greater(world.y.abs() + y.abs()).greater(world.z.abs() + z.abs());
+        let local =
+            Vector::new((world.x - x) * self.scale, (world.y - y) * self.scale, (world.z - z) * self.scale);
+        let size =
+            (world.x.abs() + x.abs()).greater(world.y.abs() + y.abs()).greater(world.z.abs() + z.abs());
         (local, size * (f64::EPSILON * self.scale))
     }
 

@@ -3,6 +3,8 @@
 mod brute_force;
 mod bvh;
 mod clipping;
+#[cfg(test)]
+mod hard_cases;
 mod interaction;
 mod leaf;
 mod leaf_test;

@@ -8,7 +8,8 @@ use super::projection::{ProjectedNet, ProjectedPoint};
 /// and soon squares it: 10 reach rounding from anywhere in the unit square, the rest is room.
 const MAX_STEPS: usize = 16;
 
-/// How far outside its box, in parts of the box, a step may lead before the search is given back to clipping.
+/// How far outside its box, in parts of the box and of its zero's rounding, a step may lead before the search is given
+/// back to clipping.
 const REACH: f64 = 2.0;
 
 /// What Newton's method did.
@@ -26,16 +27,18 @@ pub(crate) enum NewtonOutcome {
 
 /// Newton's method from `start`, within a neighbourhood of the box `[low, high]`.
 ///
+/// `slack` is how far rounding may move the box's zero: near a tangent ray that is more than the whole box.
+///
 /// Ends when a step no longer lessens the residual that is already within the net's rounding, so that the root is as
 /// good as the net's evaluation allows.
 pub(crate) fn newton(
     net: &ProjectedNet,
     start: DVec2,
-    low: DVec2,
-    high: DVec2,
+    [low, high]: [DVec2; 2],
+    slack: DVec2,
     steps: &mut u64,
 ) -> NewtonOutcome {
-    let reach = REACH * (high - low);
+    let reach = REACH * (high - low + slack);
     let (from, to) = (low - reach, high + reach);
     let mut st = start;
     let mut best: Option<(f64, DVec2, DMat2)> = None;

@@ -12,7 +12,6 @@ use crate::patch::OrderWork;
 
 use super::Ray;
 use super::bvh::{PacketSlabs, SpreadSlabs};
-use super::leaf::Cover;
 use super::leaf_test::{
     Approach, LocalRays, Roots, Seed, Sides, WorldRays, approach, newton, sides, trimmed_away,
 };
@@ -116,10 +115,7 @@ fn trace<S: Simd>(
     if rays.len() < PACKET / 4 {
         return None;
     }
-    let halves = [
-        Half::new(simd, scene.space(), (rays, 0)),
-        Half::new(simd, scene.space(), (rays, LANES)),
-    ];
+    let halves = [Half::new(simd, scene.space(), (rays, 0)), Half::new(simd, scene.space(), (rays, LANES))];
     let together = PacketSlabs::new(simd, [&halves[0].local, &halves[1].local]);
     if together.is_none() && !start_together(&halves) {
         return None;
@@ -187,7 +183,7 @@ impl<S: Simd> Packet<S> {
         let mut apart = undecided;
         let mut changed = false;
         for mut seed in seeds {
-            seed.wanted = seed.wanted & !apart & !trimmed_away(target.leaf, target.cuts, &seed);
+            seed.wanted = seed.wanted & !apart & !trimmed_away(target.cuts, &seed);
             if !seed.wanted.any() {
                 continue;
             }
@@ -201,16 +197,10 @@ impl<S: Simd> Packet<S> {
             if !hit.any() {
                 continue;
             }
-            let (trim_loop, hit) = match target.leaf.cover {
-                Cover::Inside(trim_loop) => (t.all(f64::from(trim_loop)), hit),
-                Cover::Crossed { .. } => {
-                    let Sides { trim_loop, inside, unclear } =
-                        sides(target.leaf, target.cuts, [roots.s, roots.t]);
-                    apart = apart | (hit & unclear);
-                    solver.statistics.trimmed += (hit & !inside & !unclear).count();
-                    (trim_loop, hit & inside)
-                }
-            };
+            let Sides { trim_loop, inside, unclear } = sides(target.leaf, target.cuts, [roots.s, roots.t]);
+            apart = apart | (hit & unclear);
+            solver.statistics.trimmed += (hit & !inside & !unclear).count();
+            let hit = hit & inside;
             changed = true;
             best.take(hit, [t, roots.s, roots.t], [t.all(index as f64), number, trim_loop]);
             clear(&mut self.apart[half * LANES..], hit.to_bitmask());
@@ -257,7 +247,11 @@ impl<S: Simd> Packet<S> {
         }
     }
 
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "indices of 32 bits, kept as they are")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "indices of 32 bits, kept as they are"
+    )]
     #[inline(always)]
     fn hit(&self, scene: &TracedScene, lane: usize) -> Option<PatchHit> {
         let Half { best, .. } = &self.halves[lane / LANES];
@@ -268,8 +262,8 @@ impl<S: Simd> Packet<S> {
         if let Some(hit) = self.apart[lane] {
             return Some(hit);
         }
-        let root = LeafRoot { st: DVec2::new(best.st[0][at], best.st[1][at]), t: best.t[at], clipped: None };
-        Some(scene.target(best.leaf[at] as usize).hit(&root, best.trim_loop[at] as u32))
+        let root = LeafRoot { st: DVec2::new(best.st[0][at], best.st[1][at]), t: best.t[at], tangent: false };
+        Some(scene.target(best.leaf[at] as usize).hit(&root, best.trim_loop[at]))
     }
 }
 

@@ -17,19 +17,26 @@ const PROJECTION_OPERATIONS: u32 = 64;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AcrossRay {
     origin: DVec3,
+    along: DVec3,
     normals: [DVec3; 2],
 }
 
 impl AcrossRay {
     pub(crate) fn new(ray: &Ray) -> Self {
-        let (a, b) = ray.direction.normalize().any_orthonormal_pair();
-        Self { origin: ray.origin, normals: [a, b] }
+        let along = ray.direction.normalize();
+        let (a, b) = along.any_orthonormal_pair();
+        Self { origin: ray.origin, along, normals: [a, b] }
     }
 
     /// Offsets of a homogeneous point from the ray, times its weight.
     fn project(&self, point: DVec4) -> DVec2 {
         let offset = point.truncate() - point.w * self.origin;
         DVec2::new(self.normals[0].dot(offset), self.normals[1].dot(offset))
+    }
+
+    /// Place along the ray of a homogeneous point, times its weight, and the weight.
+    fn depth(&self, point: DVec4) -> DVec2 {
+        DVec2::new(self.along.dot(point.truncate() - point.w * self.origin), point.w)
     }
 
     /// Bound on the rounding of a patch's projection, in world units times weight.
@@ -46,6 +53,8 @@ pub(crate) struct ProjectedNet {
     pub(crate) degree: [usize; 2],
     /// t fastest.
     pub(crate) points: Vec<DVec2>,
+    /// Places along the ray, times weight, and weights, in the same order.
+    depths: Vec<DVec2>,
     /// Bound on the error of each coordinate of F anywhere in the unit square.
     pub(crate) rounding: f64,
 }
@@ -64,6 +73,24 @@ impl ProjectedNet {
         self.rounding = rounding;
         self.points.clear();
         self.points.extend(patch.control_points().iter().map(|&point| across.project(point)));
+        self.depths.clear();
+        self.depths.extend(patch.control_points().iter().map(|&point| across.depth(point)));
+    }
+
+    /// Place along the ray, in world units.
+    pub(crate) fn depth(&self, st: DVec2) -> f64 {
+        let value = eval_net(&self.depths, self.degree, st).value;
+        value.x / value.y
+    }
+
+    /// How far the control points reach along the ray and across it, whichever is more, in world units.
+    pub(crate) fn extent(&self) -> f64 {
+        let weighted = self.points.iter().zip(&self.depths);
+        let places = weighted.map(|(across, depth)| across.extend(depth.x) / depth.y);
+        let [low, high] = places.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], place| {
+            [low.min(place), high.max(place)]
+        });
+        (high - low).max_element()
     }
 
     /// Whether no point of the patch is on the ray: the net's box excludes 0.

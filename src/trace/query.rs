@@ -10,10 +10,7 @@ use crate::math::lanes::Vector;
 use crate::patch::{OrderWork, PatchPoint, PointLanes};
 
 use super::Ray;
-use super::leaf_test::{
-    LocalRays, Roots, Seed, Side, WorldRays, approach, newton, side, trimmed_away,
-};
-use super::leaf::Cover;
+use super::leaf_test::{LocalRays, Roots, Seed, Sides, WorldRays, approach, newton, sides, trimmed_away};
 use super::local::LocalRay;
 use super::scene::{LeafRoot, PatchHit, Scratch, Solver, Target, TracedScene, clip_leaf};
 
@@ -46,24 +43,21 @@ pub(super) fn closest<S: Simd>(
 
 /// Every hit, sorted along the ray.
 #[inline(always)]
-pub(super) fn all<S: Simd>(
-    simd: S,
-    scene: &TracedScene,
-    ray: &Ray,
-    scratch: &mut Scratch,
-) -> Vec<PatchHit> {
+pub(super) fn all<S: Simd>(simd: S, scene: &TracedScene, ray: &Ray, scratch: &mut Scratch) -> Vec<PatchHit> {
     let mut hits: Vec<PatchHit> = Vec::new();
     visit(simd, scene, ray, scratch, |hit, t_max| {
         // leaves of a patch overlap by rounding
-        let same = |other: &PatchHit| {
+        let same = |other: &&mut PatchHit| {
             (other.object, other.patch) == (hit.object, hit.patch)
                 && (other.st - hit.st)
                     .abs()
                     .cmple(2.0 * (scene.st_error(&hit, ray) + scene.st_error(other, ray)))
                     .all()
         };
-        if !hits.iter().any(same) {
-            hits.push(hit);
+        match hits.iter_mut().find(same) {
+            Some(known) if hit.t < known.t => *known = hit,
+            Some(_) => {}
+            None => hits.push(hit),
         }
         t_max
     });
@@ -142,7 +136,7 @@ fn visit_leaf<S: Simd>(
     let mut undecided = found.undecided;
     if !undecided {
         for seed in found.seeds {
-            if !seed.wanted || trimmed_away(target.leaf, target.cuts, &seed) {
+            if !seed.wanted || trimmed_away(target.cuts, &seed) {
                 continue;
             }
             let world = WorldRays { origin: vector(ray.origin), direction: vector(ray.direction) };
@@ -199,7 +193,7 @@ impl<S: Simd> OrderWork for Seek<'_, S> {
                     steps,
                 );
                 if inside {
-                    Sought::Root(LeafRoot { st: DVec2::new(s, t), t: ray_t, clipped: None })
+                    Sought::Root(LeafRoot { st: DVec2::new(s, t), t: ray_t, tangent: false })
                 } else if found {
                     Sought::Beside
                 } else {
@@ -222,18 +216,15 @@ fn trimmed_hit(
     if !(root.t > t_min && root.t < ray.t_max && root.t <= t_max) {
         return None;
     }
-    let trim_loop = match target.leaf.cover {
-        Cover::Inside(trim_loop) => trim_loop,
-        Cover::Crossed { .. } => match side(target.leaf, target.cuts, root.st) {
-            Side::Inside(trim_loop) => trim_loop,
-            Side::Unclear => return target.hit_near_border(ray, root, &mut solver.statistics),
-            Side::Outside => {
-                solver.statistics.trimmed += 1;
-                return None;
-            }
-        },
-    };
-    Some(target.hit(root, trim_loop))
+    let Sides { trim_loop, inside, unclear } = sides(target.leaf, target.cuts, root.st.to_array());
+    if inside {
+        Some(target.hit(root, trim_loop))
+    } else if unclear {
+        target.hit_near_border(ray, root, &mut solver.statistics)
+    } else {
+        solver.statistics.trimmed += 1;
+        None
+    }
 }
 
 /// What Bézier clipping finds in a leaf of which nothing is proved.

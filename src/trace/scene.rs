@@ -10,7 +10,7 @@ use crate::patch::{BezierPatch, PatchPoint, TrimLoop, TrimRegion, TrimmedPatch};
 
 use super::bvh::{Bvh, Stack};
 use super::interaction::{Geometry, SurfaceInteraction};
-use super::leaf::{Cover, Cut, Leaf, Leaves};
+use super::leaf::{Cover, Cut, Leaf, Leaves, TANGENT_TOLERANCE};
 use super::local::LocalSpace;
 use super::packet::{self, PACKET};
 use super::projection::{AcrossRay, ProjectedNet};
@@ -119,7 +119,8 @@ impl TracedScene {
     pub fn new(objects: Vec<TracedObject>) -> Self {
         let patches = objects.iter().flat_map(|object| &object.patches);
         let hulls = patches.flat_map(|trimmed| trimmed.patch.hull_bounds());
-        let all = hulls.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
+        let all =
+            hulls.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
         let space = LocalSpace::around(all);
         let mut references = Vec::new();
         let mut leaves = Leaves::default();
@@ -147,8 +148,7 @@ impl TracedScene {
 
     /// What the acceleration structure is made of.
     pub fn acceleration(&self) -> AccelerationStatistics {
-        let bytes =
-            size_of_val(&*self.leaves) + size_of_val(&*self.cuts) + size_of_val(&*self.references);
+        let bytes = size_of_val(&*self.leaves) + size_of_val(&*self.cuts) + size_of_val(&*self.references);
         let leaves = self.leaves.len();
         let inside = self.leaves.iter().filter(|leaf| matches!(leaf.cover, Cover::Inside(_))).count();
         AccelerationStatistics {
@@ -194,7 +194,9 @@ impl TracedScene {
 
     /// The nearest hit.
     pub fn closest(&self, ray: &Ray) -> Option<PatchHit> {
-        SCRATCH.with_borrow_mut(|scratch| dispatch!(self.level, simd => query::closest(simd, self, ray, scratch)))
+        SCRATCH.with_borrow_mut(
+            |scratch| dispatch!(self.level, simd => query::closest(simd, self, ray, scratch)),
+        )
     }
 
     /// All hits, sorted along the ray.
@@ -252,7 +254,7 @@ impl TracedScene {
             Cover::Inside(_) => &[],
             Cover::Crossed { start, end } => &self.cuts[start as usize..end as usize],
         };
-        Target { leaf, cuts, reference, trimmed }
+        Target { leaf, cuts, reference, trimmed, space: &self.space }
     }
 
     fn reference(&self, hit: &PatchHit) -> &PatchReference {
@@ -264,8 +266,8 @@ impl TracedScene {
     pub fn st_error(&self, hit: &PatchHit, ray: &Ray) -> DVec2 {
         let reference = self.reference(hit);
         let trimmed = &self.objects[hit.object as usize].patches[hit.patch as usize];
-        let error = reference.position_error() + trimmed.boundary_error;
-        tolerance(sensitivity(&trimmed.patch.eval(hit.st), ray), error)
+        let target = Target { leaf: &self.leaves[0], cuts: &[], reference, trimmed, space: &self.space };
+        target.tolerance(hit.st, ray)
     }
 
     /// Everything shading needs of a hit.
@@ -302,6 +304,7 @@ pub(super) struct Target<'a> {
     pub(super) cuts: &'a [Cut],
     pub(super) reference: &'a PatchReference,
     pub(super) trimmed: &'a TrimmedPatch,
+    space: &'a LocalSpace,
 }
 
 /// A root in a leaf, before trimming.
@@ -309,22 +312,19 @@ pub(super) struct Target<'a> {
 pub(super) struct LeafRoot {
     pub(super) st: DVec2,
     pub(super) t: f64,
-    /// What clipping found out about it.
-    pub(super) clipped: Option<ClippedRoot>,
-}
-
-/// What clipping finds out about a root.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ClippedRoot {
-    /// How far off its parameters may be.
-    tolerance: DVec2,
-    tangent: bool,
+    /// Whether the ray is tangent there, within rounding.
+    pub(super) tangent: bool,
 }
 
 impl Target<'_> {
     /// The hit of a root that is inside a loop.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "an index, kept as a number of a lane"
+    )]
     #[inline(always)]
-    pub(super) fn hit(&self, root: &LeafRoot, trim_loop: u32) -> PatchHit {
+    pub(super) fn hit(&self, root: &LeafRoot, trim_loop: f64) -> PatchHit {
         let trim_loop = &self.trimmed.trim.loops()[trim_loop as usize];
         self.hit_in_loop(root, trim_loop, false)
     }
@@ -338,7 +338,7 @@ impl Target<'_> {
             st: root.st,
             face: trim_loop.face,
             polygon: trim_loop.polygon,
-            tangent: root.clipped.is_some_and(|clipped| clipped.tangent),
+            tangent: root.tangent,
             on_border,
         }
     }
@@ -352,20 +352,45 @@ impl Target<'_> {
         root: &LeafRoot,
         statistics: &mut TraceStatistics,
     ) -> Option<PatchHit> {
-        let tolerance = root.clipped.map_or_else(
-            || {
-                let error = self.reference.position_error() + self.trimmed.boundary_error;
-                tolerance(sensitivity(&self.trimmed.patch.eval(root.st), ray), error)
-            },
-            |clipped| clipped.tolerance,
-        );
-        let loops = self.cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop).map(|cuts| cuts[0].trim_loop);
-        let Some((trim_loop, on_border)) = find_loop(&self.trimmed.trim, loops, root.st, tolerance) else {
+        let tolerance = self.tolerance(root.st, ray);
+        let found = match self.leaf.cover {
+            Cover::Inside(trim_loop) => {
+                find_loop(&self.trimmed.trim, std::iter::once(trim_loop), root.st, tolerance)
+            }
+            Cover::Crossed { .. } => {
+                let loops =
+                    self.cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop).map(|cuts| cuts[0].trim_loop);
+                find_loop(&self.trimmed.trim, loops, root.st, tolerance)
+            }
+        };
+        let Some((trim_loop, on_border)) = found else {
             statistics.trimmed += 1;
             return None;
         };
         statistics.on_border += u64::from(on_border);
         Some(self.hit_in_loop(root, trim_loop, on_border))
+    }
+
+    /// How far off a root's parameters may be, for the errors of the ray, the surface and its border.
+    ///
+    /// An error across the ray moves the root by that over the sine of the angle between ray and surface; no farther than
+    /// [`TANGENT_TOLERANCE`], however, along the surface.
+    fn tolerance(&self, st: DVec2, ray: &Ray) -> DVec2 {
+        let point = self.trimmed.patch.eval(st);
+        let normal = point.dp_ds.cross(point.dp_dt);
+        let way = ray.direction.normalize();
+        let across = DVec2::new(point.dp_dt.cross(way).length(), point.dp_ds.cross(way).length());
+        let along = DVec2::new(point.dp_dt.length(), point.dp_ds.length());
+        let error = self.reference.position_error()
+            + self.trimmed.boundary_error
+            + 4.0 * f64::EPSILON * (ray.origin.abs().element_sum() + self.reference.magnitude);
+        let most = along * (TANGENT_TOLERANCE / self.space.length(1.0)) / normal.length();
+        let sensitive = across * (error / normal.dot(way).abs());
+        // a patch without normal, and a tangent ray, give NaN or infinity
+        let least = |a: f64, b: f64| if a < b { a } else { b };
+        let bound = DVec2::new(least(sensitive.x, most.x), least(sensitive.y, most.y));
+        let finite = |x: f64| if x < 1.0 { x } else { f64::EPSILON.sqrt() };
+        DVec2::new(finite(bound.x), finite(bound.y)) + 4.0 * f64::EPSILON
     }
 }
 
@@ -381,42 +406,25 @@ pub(super) fn clip_leaf(target: &Target<'_>, ray: &Ray, solver: &mut Solver) -> 
         return Vec::new();
     }
     find_roots(net, leaf.rectangle(), search, statistics);
-    let off = net.rounding / reference.least_weight;
-    let error = (off + trimmed.boundary_error) * reference.greatest_weight;
     let roots = search.roots.iter().map(|root| {
-        let (st, t) = if root.degenerate {
-            let position = trimmed.patch.eval(root.st).position;
-            (root.st, (position - ray.origin).dot(ray.direction) / ray.direction.length_squared())
-        } else {
-            polish(&trimmed.patch, ray, root.st)
-        };
-        let clipped = ClippedRoot { tolerance: tolerance(root.sensitivity, error), tangent: root.degenerate };
-        LeafRoot { st, t, clipped: Some(clipped) }
+        let st = if root.degenerate { root.st } else { polished(&trimmed.patch, ray, root.st) };
+        let position = trimmed.patch.eval(st).position;
+        let t = (position - ray.origin).dot(ray.direction) / ray.direction.length_squared();
+        LeafRoot { st, t, tangent: root.degenerate }
     });
     roots.collect()
 }
 
-/// One Newton step on the exact patch from a root that is all but converged, and the ray parameter of the point it leads
-/// to.
-fn polish(patch: &BezierPatch, ray: &Ray, st: DVec2) -> (DVec2, f64) {
-    let point = patch.eval(st);
-    let across = ray.direction.cross(point.position - ray.origin);
+/// A root after one Newton step on the exact patch, if that brings it nearer to the ray.
+fn polished(patch: &BezierPatch, ray: &Ray, st: DVec2) -> DVec2 {
+    let across = |st: DVec2| {
+        let point = patch.eval(st);
+        (point, ray.direction.cross(point.position - ray.origin))
+    };
+    let (point, off) = across(st);
     let inverse = 1.0 / point.dp_ds.cross(point.dp_dt).dot(ray.direction);
-    let step = DVec2::new(-point.dp_dt.dot(across), point.dp_ds.dot(across)) * inverse;
-    // a tangent hit has no better place
-    let st = if step.is_finite() && step.abs().max_element() < 1e-6 { st + step } else { st };
-    let position = patch.eval(st).position;
-    (st, (position - ray.origin).dot(ray.direction) / ray.direction.length_squared())
-}
-
-/// How far a hit's s and t move for each unit of error across the ray.
-fn sensitivity(point: &PatchPoint, ray: &Ray) -> DVec2 {
-    let normal = point.dp_ds.cross(point.dp_dt);
-    let across = DVec2::new(
-        point.dp_dt.cross(ray.direction).length(),
-        point.dp_ds.cross(ray.direction).length(),
-    );
-    across / normal.dot(ray.direction).abs()
+    let next = st + DVec2::new(-point.dp_dt.dot(off), point.dp_ds.dot(off)) * inverse;
+    if across(next).1.length_squared() < off.length_squared() { next } else { st }
 }
 
 impl PatchReference {
@@ -437,14 +445,6 @@ impl PatchReference {
         gamma(EVAL_OPERATIONS) * self.magnitude / self.least_weight
             * (self.greatest_weight / self.least_weight)
     }
-}
-
-/// How far off a root's parameters may be, for an error of the ray, the surface and its border in the world.
-fn tolerance(sensitivity: DVec2, error: f64) -> DVec2 {
-    // a tangent root is sensitive to the square root of errors alone, so the linear bound is capped there
-    let cap = DVec2::splat(f64::EPSILON.sqrt());
-    // NaN, of a patch without normal, takes the cap as well
-    cap.min(error * sensitivity) + 4.0 * f64::EPSILON
 }
 
 /// The first of some loops that holds a point, else the first within the tolerance; and whether it took that.
@@ -573,7 +573,8 @@ mod tests {
         for _ in 0..20_000 {
             let origin = DVec3::splat(0.5) + 2.0 * noise.unit_vector();
             let ray = Ray::new(origin, DVec3::splat(0.5) + noise.vector() - origin);
-            let plain = dispatch!(Level::baseline(), simd => query::closest(simd, &scene, &ray, &mut scratch));
+            let plain =
+                dispatch!(Level::baseline(), simd => query::closest(simd, &scene, &ray, &mut scratch));
             let widest = scene.closest(&ray);
             let bits = |hit: Option<PatchHit>| {
                 hit.map(|hit| (hit.t.to_bits(), hit.st.to_array().map(f64::to_bits), hit.patch))

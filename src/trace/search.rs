@@ -25,16 +25,18 @@ const UNIQUE: f64 = 0.25;
 /// A clipped side longer than this, in parts of the box, is split in the middle instead (Nishita et al., section 4).
 const MIN_CLIP: f64 = 0.8;
 
-/// A box whose image is within rounding of the ray but that is larger than this in its unit square is not a point of
-/// contact: the ray runs in the surface. A tangent contact's box is about the root of the rounding, 1e-7.
-const IN_SURFACE: f64 = 1e-4;
+/// A part of the patch within rounding of the ray that is longer than this along it, in parts of the patch, is not a point
+/// of contact: the ray runs in the surface. A tangent contact is about the root of the rounding long, 1e-7, one at an
+/// inflection its cubic root, 1e-4.
+const IN_SURFACE: f64 = 1e-3;
+
+/// Middle and corners of a box.
+const WHOLE_BOX: [DVec2; 5] = [DVec2::splat(0.5), DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE];
 
 /// A zero of a projected net.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PatchRoot {
     pub(crate) st: DVec2,
-    /// How far `st` may be off along s and t for each unit of error across the ray.
-    pub(crate) sensitivity: DVec2,
     /// Whether the ray is tangent there, within rounding.
     pub(crate) degenerate: bool,
 }
@@ -100,9 +102,38 @@ impl Krawczyk {
     }
 }
 
+/// Ends of the part of a line that is in the unit square widened by `slack`.
+fn chord(point: DVec2, direction: DVec2, slack: f64) -> Option<[DVec2; 2]> {
+    let (a, b) = ((-slack - point) / direction, (1.0 + slack - point) / direction);
+    let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
+    (enter <= leave).then(|| [point + enter * direction, point + leave * direction])
+}
+
+/// The place of a box next to `start`, in its own unit square, where the component of its net along a line is 0.
+fn on_line(points: &[DVec2], degree: [usize; 2], line: DVec2, start: DVec2) -> DVec2 {
+    let mut place = start;
+    // each step leaves a part of the distance that is below the slope's variation: 1/4, and soon far less
+    for _ in 0..6 {
+        let point = eval_net(points, degree, place);
+        let slope = DVec2::new(line.dot(point.by_s), line.dot(point.by_t));
+        let step = line.dot(point.value) / slope.length_squared() * slope;
+        place -= step;
+    }
+    place
+}
+
 /// Sums of the absolute values of a matrix' rows.
 fn row_sums(matrix: DMat2) -> DVec2 {
     DVec2::new(matrix.row(0).abs().element_sum(), matrix.row(1).abs().element_sum())
+}
+
+/// What a box whose image is a line within rounding says of the ray.
+enum Contact {
+    /// The line does not reach it.
+    Missed,
+    /// The surface is within rounding of it along a curve through these places, the middle first, in the box's own unit
+    /// square.
+    Along([DVec2; 3]),
 }
 
 /// What is to be done with a box.
@@ -156,7 +187,7 @@ impl Search<'_> {
             return Step::Done;
         }
         if (greatest - least).max_element() <= 2.0 * self.margin {
-            self.add_degenerate(low, high);
+            self.add_degenerate(low, high, &WHOLE_BOX);
             return Step::Done;
         }
         let slopes = Slopes::of(points, degree);
@@ -166,7 +197,18 @@ impl Search<'_> {
             let centre = eval_net(points, degree, DVec2::splat(0.5));
             let zero = DVec2::splat(0.5) - inverse * centre.value;
             let slack = self.margin * row_sums(inverse);
-            return self.unique(low, high, Krawczyk { zero, variation, slack });
+            // the Jacobian of a surface that the ray lies in is rounding alone, and so is its inverse
+            if (slack * (high - low)).max_element() <= IN_SURFACE {
+                return self.unique(low, high, Krawczyk { zero, variation, slack });
+            }
+        }
+        match self.contact(points, &slopes) {
+            Some(Contact::Missed) => return Step::Done,
+            Some(Contact::Along(places)) => {
+                self.add_degenerate(low, high, &places);
+                return Step::Done;
+            }
+            None => {}
         }
         let [across_s, across_t] = slopes.clip_lines();
         let Some(s) = clip(points, degree, Parameter::S, across_s, self.margin) else { return Step::Done };
@@ -175,6 +217,44 @@ impl Search<'_> {
             return Step::Clip(s, t);
         }
         Step::Split(slopes.longer_side())
+    }
+
+    /// Whether the box's image is a line within rounding, as where the ray is tangent to the patch; `None` if it is not, or
+    /// if a place on the line is not one line of places in the box.
+    ///
+    /// No part of such a box is told from any other by how near it comes to the ray, so it is not split further: along
+    /// a line that is oblique in the parameters it would fall into some million parts.
+    fn contact(&self, points: &[DVec2], slopes: &Slopes) -> Option<Contact> {
+        let degree = self.net.degree;
+        let [by_s, by_t] = slopes.mean;
+        let longer = if by_s.length_squared() >= by_t.length_squared() { by_s } else { by_t };
+        let line = longer.try_normalize()?;
+        let turned = points.iter().map(|&point| DVec2::new(line.dot(point), line.perp_dot(point)));
+        let [least, greatest] = turned.fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], point| {
+            [low.min(point), high.max(point)]
+        });
+        if greatest.y - least.y > 2.0 * self.margin {
+            return None;
+        }
+        if excludes_zero(least, greatest, std::f64::consts::SQRT_2 * self.margin) {
+            return Some(Contact::Missed);
+        }
+        let mean = DVec2::new(line.dot(by_s), line.dot(by_t));
+        let mut variation = DVec2::ZERO;
+        for_each_derivative(points, degree, |side, vector| {
+            variation[side] = variation[side].max((line.dot(vector) - mean[side]).abs());
+        });
+        if variation.element_sum() >= UNIQUE * mean.abs().max_element() {
+            return None;
+        }
+        let middle = on_line(points, degree, line, DVec2::splat(0.5));
+        let slack = 2.0 * self.margin / mean.abs().max_element();
+        // the curve is all but straight, so it leaves the box near where its tangent does
+        let [from, to] = chord(middle, mean.perp(), slack)?;
+        Some(Contact::Along(
+            [from.midpoint(to), from, to]
+                .map(|place| on_line(points, degree, line, place).clamp(DVec2::ZERO, DVec2::ONE)),
+        ))
     }
 
     /// A box on which the map is one to one: none, or one zero, which Newton's method finds.
@@ -187,14 +267,15 @@ impl Search<'_> {
         let size = high - low;
         let zero = krawczyk.zero;
         let start = low + size * zero.clamp(DVec2::ZERO, DVec2::ONE);
-        match newton(self.net, start, low, high, &mut self.statistics.newton_steps) {
+        let slack = size * krawczyk.slack;
+        match newton(self.net, start, [low, high], slack, &mut self.statistics.newton_steps) {
             NewtonOutcome::Root { st, inverse } => {
                 self.add_root(st, inverse, low, high);
                 Step::Done
             }
             NewtonOutcome::NotConverged => {
                 if size.max_element() <= f64::EPSILON {
-                    self.add_degenerate(low, high);
+                    self.add_degenerate(low, high, &WHOLE_BOX);
                     return Step::Done;
                 }
                 Step::Split(if size.x >= size.y { Parameter::S } else { Parameter::T })
@@ -209,17 +290,21 @@ impl Search<'_> {
         let outside = st.cmplt(low - off).any() || st.cmpgt(high + off).any();
         let known = self.scratch.roots.iter().any(|root| (root.st - st).abs().cmple(2.0 * off).all());
         if !outside && !known {
-            self.scratch.roots.push(PatchRoot { st, sensitivity, degenerate: false });
+            self.scratch.roots.push(PatchRoot { st, degenerate: false });
         }
     }
 
-    /// Adds the middle of a box whose image is within rounding of the ray.
-    fn add_degenerate(&mut self, low: DVec2, high: DVec2) {
-        if (high - low).max_element() > IN_SURFACE {
+    /// Adds the first of some places of a box, in its own unit square, at all of which the surface is within rounding of
+    /// the ray.
+    fn add_degenerate(&mut self, low: DVec2, high: DVec2, places: &[DVec2]) {
+        let depths = places.iter().map(|&place| self.net.depth(low + place * (high - low)));
+        let (least, greatest) =
+            depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        if greatest - least > IN_SURFACE * self.net.extent() {
             self.statistics.in_surface += 1;
             return;
         }
-        let st = 0.5 * (low + high);
+        let st = low + places[0] * (high - low);
         let near = 4.0 * (high - low) + 4.0 * f64::EPSILON;
         if self
             .scratch
@@ -230,8 +315,7 @@ impl Search<'_> {
             return;
         }
         self.statistics.degenerate += 1;
-        let sensitivity = 0.5 * (high - low) / self.margin;
-        self.scratch.roots.push(PatchRoot { st, sensitivity, degenerate: true });
+        self.scratch.roots.push(PatchRoot { st, degenerate: true });
     }
 
     fn restrict(&mut self, start: usize, s: [f64; 2], t: [f64; 2]) {

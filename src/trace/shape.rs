@@ -166,12 +166,7 @@ impl Shape {
     }
 
     /// Box of the control points over a rectangle, in local coordinates.
-    pub(crate) fn hull(
-        &self,
-        patch: &BezierPatch,
-        rectangle: [DVec2; 2],
-        space: &LocalSpace,
-    ) -> [DVec3; 2] {
+    pub(crate) fn hull(&self, patch: &BezierPatch, rectangle: [DVec2; 2], space: &LocalSpace) -> [DVec3; 2] {
         hull(patch, rectangle, space)
     }
 
@@ -448,14 +443,17 @@ mod tests {
                 assert!(off.abs().cmple(shape.rest).all(), "case {case}: {off} of {}", shape.rest);
                 let p = place.truncate();
                 let [a, b, c, d] = shape.cubic.map(f64::from);
-                let cubic = |p: DVec2| ((a * p.x + b * p.y) * p.x + c * p.y * p.y) * p.x + d * p.y * p.y * p.y;
+                let cubic =
+                    |p: DVec2| ((a * p.x + b * p.y) * p.x + c * p.y * p.y) * p.x + d * p.y * p.y * p.y;
                 let error = |place: DVec3| place.z - form(2, place.truncate()) - cubic(place.truncate());
                 assert!(error(place).abs() <= shape.height_error, "case {case}: height");
                 // slopes of the graph across and along a small step
-                let partial = |axis: usize| 0.5 * (high - low)[axis] * space.vector([point.dp_ds, point.dp_dt][axis]);
+                let partial =
+                    |axis: usize| 0.5 * (high - low)[axis] * space.vector([point.dp_ds, point.dp_dt][axis]);
                 let slopes = [partial(0), partial(1)].map(|step| shape.to_leaf * step);
-                let gradient = DMat2::from_cols(slopes[0].truncate(), slopes[1].truncate()).transpose().inverse()
-                    * DVec2::new(slopes[0].z, slopes[1].z);
+                let gradient =
+                    DMat2::from_cols(slopes[0].truncate(), slopes[1].truncate()).transpose().inverse()
+                        * DVec2::new(slopes[0].z, slopes[1].z);
                 let [ha, hb, hc] = shape.forms[2].map(f64::from);
                 let quadratic = DVec2::new(2.0 * ha * p.x + hb * p.y, hb * p.x + 2.0 * hc * p.y);
                 let cubic = DVec2::new(
@@ -464,7 +462,9 @@ mod tests {
                 );
                 let off = (gradient - quadratic - cubic).abs();
                 assert!(off.cmple(shape.slope_error).all(), "case {case}: {off} of {}", shape.slope_error);
-                tightest = tightest.max(error(place).abs() / shape.height_error).max((off / shape.slope_error).max_element());
+                tightest = tightest
+                    .max(error(place).abs() / shape.height_error)
+                    .max((off / shape.slope_error).max_element());
                 let back = p - DVec2::new(form(0, p), form(1, p));
                 assert!((back - uv).abs().max_element() <= shape.place_error, "case {case}: place");
             }
