@@ -3,12 +3,16 @@
 use std::time::Instant;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use trimray::trace::{Ray, TracedScene};
 
 use super::rays::SinglePrecisionRay;
 
 /// Rays in a chunk: whole packets, and long enough that neither the clock nor refilling the caches counts.
-pub(crate) const CHUNK: usize = 1 << 14;
+pub(crate) const CHUNK: usize = 1 << 16;
+
+/// Rays that a thread takes at once: several rows of tiles.
+const PART: usize = 1 << 12;
 
 /// The least time of any round for each chunk.
 pub(crate) struct LeastTimes(Vec<f64>);
@@ -62,17 +66,42 @@ pub(crate) fn trace_packets(scene: &TracedScene, rays: &[SinglePrecisionRay], di
     }
 }
 
+/// A way of tracing many rays.
+pub(crate) type TraceWay = fn(&TracedScene, &[SinglePrecisionRay], &mut [f64]);
+
 /// Rays a second, one thread, for the nearest hits; from the ray in memory to its parameter in memory.
-pub(crate) fn closest_rate(scene: &TracedScene, rays: &[SinglePrecisionRay], rounds: usize) -> f64 {
+pub(crate) fn closest_rate(
+    scene: &TracedScene,
+    rays: &[SinglePrecisionRay],
+    rounds: usize,
+    way: TraceWay,
+) -> f64 {
     let mut distances = vec![0.0; rays.len().min(CHUNK)];
     let mut times = LeastTimes::new(rays.len().div_ceil(CHUNK));
     for _ in 0..rounds.max(1) {
         for (chunk, rays) in rays.chunks(CHUNK).enumerate() {
             let started = Instant::now();
-            trace_single(scene, rays, &mut distances[..rays.len()]);
+            way(scene, rays, &mut distances[..rays.len()]);
             times.add(chunk, started.elapsed().as_secs_f64());
             std::hint::black_box(&distances);
         }
     }
     times.rate(rays.len())
+}
+
+/// The least seconds that some threads take for all rays.
+pub(crate) fn seconds_of_threads(
+    scene: &TracedScene,
+    rays: &[SinglePrecisionRay],
+    (rounds, threads): (usize, usize),
+    way: TraceWay,
+) -> f64 {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
+    let mut distances = vec![0.0; rays.len()];
+    pool.install(|| {
+        least_seconds(rounds, || {
+            let parts = rays.par_chunks(PART).zip(distances.par_chunks_mut(PART));
+            parts.for_each(|(rays, distances)| way(scene, rays, distances));
+        })
+    })
 }

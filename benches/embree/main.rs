@@ -43,8 +43,8 @@ use clap::Parser;
 use trimray::trace::{Geometry, TracedScene};
 
 use common::objects::{Built, Object};
-use common::rays::{RaySet, SinglePrecisionRay, ray_sets};
-use common::timing::{CHUNK, LeastTimes, trace_packets, trace_single};
+use common::rays::{RaySet, ray_sets};
+use common::timing::{CHUNK, LeastTimes, TraceWay, trace_packets, trace_single};
 use peer::{Mode, Peer, PeerMesh};
 use report::{Agreement, BuildRow, RateRow, Report};
 use tessellate::Halving;
@@ -60,9 +60,6 @@ const TESSELLATION_BUILDS: usize = 3;
 
 /// trimray's ways of tracing many rays, each with its name. A way that takes packets or streams is one more line.
 const WAYS: [(&str, TraceWay); 2] = [("single", trace_single), ("packets", trace_packets)];
-
-/// Traces rays and writes their ray parameters, infinity for a miss.
-type TraceWay = fn(&TracedScene, &[SinglePrecisionRay], &mut [f64]);
 
 /// trimray side by side with Embree.
 #[derive(Debug, Parser)]

@@ -12,7 +12,7 @@ use trimray::trace::TracedScene;
 use crate::Arguments;
 use crate::common::objects::Object;
 use crate::common::rays::random_sets;
-use crate::common::timing::{closest_rate, least_seconds};
+use crate::common::timing::{closest_rate, least_seconds, trace_single};
 use crate::report::{Report, by, per_ray_json, per_ray_text};
 
 /// Evaluations per timed batch; their parameters stay in the first-level cache.
@@ -163,7 +163,7 @@ pub(crate) fn patch(arguments: &Arguments, report: Report) -> Result<(), String>
     for (object, scene) in single_patches()? {
         let [_, hitting] = random_sets(&object, &scene, if arguments.quick { RAYS / 8 } else { RAYS });
         let rays = &hitting.rays;
-        let nanoseconds = 1e9 / closest_rate(&scene, rays, arguments.rounds());
+        let nanoseconds = 1e9 / closest_rate(&scene, rays, arguments.rounds(), trace_single);
         let (hits, counted) = TracedScene::counting(|| {
             rays.iter().filter_map(|ray| scene.closest(&ray.ray())).collect::<Vec<_>>()
         });

@@ -9,7 +9,7 @@ use trimray::trace::TracedScene;
 use crate::Arguments;
 use crate::common::objects::{Built, Object};
 use crate::common::rays::{random_sets, ray_sets};
-use crate::common::timing::closest_rate;
+use crate::common::timing::{TraceWay, closest_rate, seconds_of_threads, trace_packets, trace_single};
 use crate::report::{Report, by, per_ray_json, per_ray_text};
 
 /// Balls of 8 n² triangles: nearly powers of ten.
@@ -55,7 +55,7 @@ fn whole_object(arguments: &Arguments, report: Report, bench: &str, object: &Obj
     let count = if arguments.quick { 1 << 13 } else { 1 << 16 };
     let [all, hits] = random_sets(object, &scene, count);
     let [all_rate, hit_rate] =
-        [&all, &hits].map(|set| closest_rate(&scene, &set.rays, arguments.rounds()) * 1e-6);
+        [&all, &hits].map(|set| closest_rate(&scene, &set.rays, arguments.rounds(), trace_single) * 1e-6);
     let (_, counted) =
         TracedScene::counting(|| hits.rays.iter().filter(|ray| scene.closest(&ray.ray()).is_some()).count());
     let patches = scene.objects()[0].patches.len();
@@ -125,7 +125,7 @@ fn one_object(arguments: &Arguments, report: Report, object: &Object) -> Result<
     report.heading(
         &format!("object {}: {}", object.name, object.description),
         &format!(
-            "{} patches, {} leaves ({} inside the trim), {:.3} MB, built in {:.2} ms\nrays             number  Mrays/s   per ray",
+            "{} patches, {} leaves ({} inside the trim), {:.3} MB, built in {:.2} ms\nrays             number   single  packets  two threads   per ray",
             scene.objects()[0].patches.len(),
             structure.leaves,
             structure.leaves_inside,
@@ -141,17 +141,40 @@ fn one_object(arguments: &Arguments, report: Report, object: &Object) -> Result<
         if set.rays.is_empty() {
             continue;
         }
-        let rate = closest_rate(&scene, &set.rays, arguments.rounds()) * 1e-6;
+        let [single, packets] = [trace_single as TraceWay, trace_packets]
+            .map(|way| closest_rate(&scene, &set.rays, arguments.rounds(), way) * 1e-6);
+        let threads = [1, 2].map(|threads| {
+            let way: TraceWay = if packets > single { trace_packets } else { trace_single };
+            seconds_of_threads(&scene, &set.rays, (arguments.rounds(), threads), way)
+        });
         let (hits, counted) = TracedScene::counting(|| {
             set.rays.iter().filter(|ray| scene.closest(&ray.ray()).is_some()).count()
         });
         let json: Value = json!({
             "bench": "objects", "object": object.name, "built": built, "rays": set.kind, "hits_only": set.hits_only,
-            "number": set.rays.len(), "hits": hits, "mrays_per_second": rate, "per_ray": per_ray_json(&counted),
+            "number": set.rays.len(), "hits": hits, "mrays_per_second": single, "packets_mrays_per_second": packets,
+            "two_threads": threads[0] / threads[1], "per_ray": per_ray_json(&counted),
         });
-        let text =
-            format!("{:<13} {:>9} {rate:>8.3}   {}", set.name(), set.rays.len(), per_ray_text(&counted));
+        let text = format!(
+            "{:<13} {:>9} {single:>8.3} {packets:>8.3} {:>8.2}   {}",
+            set.name(),
+            set.rays.len(),
+            threads[0] / threads[1],
+            per_ray_text(&counted)
+        );
         report.row(&json, &text);
+        if set.kind == "primary" && !set.hits_only {
+            let seconds = times.total() + threads[1];
+            let json = json!({"bench": "first image", "object": object.name, "rays": set.rays.len(), "seconds": seconds});
+            report.row(
+                &json,
+                &format!(
+                    "first image of {} rays: build and two threads' rays {:.1} ms",
+                    set.rays.len(),
+                    seconds * 1e3
+                ),
+            );
+        }
     }
     Ok(())
 }
