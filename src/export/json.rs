@@ -94,7 +94,6 @@ fn patch(trimmed: &TrimmedPatch) -> Patch {
         control_points: trimmed
             .patch
             .control_points()
-            .iter()
             .map(|point| ((point.truncate() / point.w) + DVec3::ZERO).extend(point.w).to_array())
             .collect(),
         frame: FrameVectors { origin: frame.origin.to_array(), s: frame.s.to_array(), t: frame.t.to_array() },

@@ -58,7 +58,7 @@ pub struct TrimmedPatch {
 impl TrimmedPatch {
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        size_of::<Self>() + size_of_val(self.patch.control_points()) + self.trim.bytes()
+        size_of::<Self>() + self.patch.bytes() + self.trim.bytes()
     }
 
     /// Lowest and highest corner of a box that holds the trimmed surface: the control points of those parts of a
@@ -224,7 +224,7 @@ impl Builder<'_> {
             _ => flat_patch(&frame),
         };
         let face = trim.loops()[0].face;
-        if !patch.control_points().iter().all(|point| point.is_finite()) {
+        if !patch.is_finite() {
             return Err(BuildError::NotFinite { face });
         }
         if patch.has_positive_weights() {
@@ -345,7 +345,7 @@ mod tests {
                 for patch in &made.patches {
                     let cell = patch.cell.unwrap();
                     let other = compose_by_interpolation(&volume, cell, &patch.frame, patch.patch.degree());
-                    let size = patch.patch.control_points().iter().map(|p| p.length()).fold(1.0, f64::max);
+                    let size = patch.patch.control_points().map(|p| p.length()).fold(1.0, f64::max);
                     for step in 0..=20 {
                         let st = DVec2::new(f64::from(step) / 20.0, f64::from(step * 7 % 21) / 20.0);
                         let (a, b) = (patch.patch.eval(st), other.eval(st));

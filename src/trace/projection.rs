@@ -63,7 +63,7 @@ impl ProjectedNet {
         self.degree = patch.degree();
         self.rounding = rounding;
         self.points.clear();
-        self.points.extend(patch.control_points().iter().map(|&point| across.project(point)));
+        self.points.extend(patch.control_points().map(|point| across.project(point)));
     }
 
     /// Whether no point of the patch is on the ray: the net's box excludes 0.

@@ -6,7 +6,7 @@ use fearless_simd::{Level, dispatch};
 use glam::{DVec2, DVec3};
 
 use crate::math::rounding::gamma;
-use crate::patch::{BezierPatch, PatchPoint, TrimLoop, TrimRegion, TrimmedPatch};
+use crate::patch::{BezierPatch, Extent, PatchPoint, TrimLoop, TrimRegion, TrimmedPatch};
 
 use super::bvh::{Bvh, Stack};
 use super::interaction::{Geometry, SurfaceInteraction};
@@ -71,15 +71,11 @@ pub struct PatchHit {
     pub on_border: bool,
 }
 
-/// What the solver needs to know of a patch besides its control points.
+/// Where a patch is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PatchReference {
     object: u32,
     patch: u32,
-    /// Greatest length of (w x, w y, w z).
-    magnitude: f64,
-    greatest_weight: f64,
-    least_weight: f64,
 }
 
 /// All objects of a scene in one acceleration structure.
@@ -119,17 +115,16 @@ impl TracedScene {
     pub fn new(objects: Vec<TracedObject>) -> Self {
         let patches = objects.iter().flat_map(|object| &object.patches);
         let hulls = patches.flat_map(|trimmed| trimmed.patch.hull_bounds());
-        let all = hulls.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
+        let all =
+            hulls.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
         let space = LocalSpace::around(all);
         let mut references = Vec::new();
         let mut leaves = Leaves::default();
         for (object, traced) in (0..).zip(&objects) {
             for (patch, trimmed) in (0..).zip(&traced.patches) {
-                let reference = PatchReference::of(object, patch, trimmed);
                 let number = u32::try_from(references.len()).expect("fewer than 2^32 patches fit in memory");
-                let error = reference.position_error() + trimmed.boundary_error;
-                leaves.add(number, trimmed, error, &space);
-                references.push(reference);
+                leaves.add(number, trimmed, surface_error(trimmed), &space);
+                references.push(PatchReference { object, patch });
             }
         }
         let Leaves { mut leaves, mut cuts, boxes } = leaves;
@@ -147,8 +142,7 @@ impl TracedScene {
 
     /// What the acceleration structure is made of.
     pub fn acceleration(&self) -> AccelerationStatistics {
-        let bytes =
-            size_of_val(&*self.leaves) + size_of_val(&*self.cuts) + size_of_val(&*self.references);
+        let bytes = size_of_val(&*self.leaves) + size_of_val(&*self.cuts) + size_of_val(&*self.references);
         let leaves = self.leaves.len();
         let inside = self.leaves.iter().filter(|leaf| matches!(leaf.cover, Cover::Inside(_))).count();
         AccelerationStatistics {
@@ -194,7 +188,9 @@ impl TracedScene {
 
     /// The nearest hit.
     pub fn closest(&self, ray: &Ray) -> Option<PatchHit> {
-        SCRATCH.with_borrow_mut(|scratch| dispatch!(self.level, simd => query::closest(simd, self, ray, scratch)))
+        SCRATCH.with_borrow_mut(
+            |scratch| dispatch!(self.level, simd => query::closest(simd, self, ray, scratch)),
+        )
     }
 
     /// All hits, sorted along the ray.
@@ -255,17 +251,10 @@ impl TracedScene {
         Target { leaf, cuts, reference, trimmed }
     }
 
-    fn reference(&self, hit: &PatchHit) -> &PatchReference {
-        let first = self.references.partition_point(|r| (r.object, r.patch) < (hit.object, hit.patch));
-        &self.references[first]
-    }
-
     /// How far off the parameters of a ray's hit may be, for rounding.
     pub fn st_error(&self, hit: &PatchHit, ray: &Ray) -> DVec2 {
-        let reference = self.reference(hit);
         let trimmed = &self.objects[hit.object as usize].patches[hit.patch as usize];
-        let error = reference.position_error() + trimmed.boundary_error;
-        tolerance(sensitivity(&trimmed.patch.eval(hit.st), ray), error)
+        tolerance(sensitivity(&trimmed.patch.eval(hit.st), ray), surface_error(trimmed))
     }
 
     /// Everything shading needs of a hit.
@@ -283,15 +272,11 @@ impl TracedScene {
             uv: object.uvs.uv(hit.polygon, rest),
             rest,
             position: point.position,
-            position_error: self.position_error(hit),
+            position_error: position_error(&trimmed.patch),
             normal: normal(trimmed, hit.st, &point),
             dp_ds: point.dp_ds,
             dp_dt: point.dp_dt,
         }
-    }
-
-    fn position_error(&self, hit: &PatchHit) -> f64 {
-        self.reference(hit).position_error()
     }
 }
 
@@ -354,8 +339,8 @@ impl Target<'_> {
     ) -> Option<PatchHit> {
         let tolerance = root.clipped.map_or_else(
             || {
-                let error = self.reference.position_error() + self.trimmed.boundary_error;
-                tolerance(sensitivity(&self.trimmed.patch.eval(root.st), ray), error)
+                let sensitivity = sensitivity(&self.trimmed.patch.eval(root.st), ray);
+                tolerance(sensitivity, surface_error(self.trimmed))
             },
             |clipped| clipped.tolerance,
         );
@@ -371,18 +356,19 @@ impl Target<'_> {
 
 /// All roots of a leaf by Bézier clipping, with a last Newton step on the patch.
 pub(super) fn clip_leaf(target: &Target<'_>, ray: &Ray, solver: &mut Solver) -> Vec<LeafRoot> {
-    let Target { leaf, reference, trimmed, .. } = target;
+    let Target { leaf, trimmed, .. } = target;
     let Solver { net, search, statistics } = solver;
     statistics.fallbacks += 1;
     search.roots.clear();
     let across = AcrossRay::new(ray);
-    net.project(&trimmed.patch, &across, across.rounding(reference.magnitude, reference.greatest_weight));
+    let extent = trimmed.patch.extent();
+    net.project(&trimmed.patch, &across, across.rounding(extent.magnitude, extent.greatest_weight));
     if net.misses() {
         return Vec::new();
     }
     find_roots(net, leaf.rectangle(), search, statistics);
-    let off = net.rounding / reference.least_weight;
-    let error = (off + trimmed.boundary_error) * reference.greatest_weight;
+    let off = net.rounding / extent.least_weight;
+    let error = (off + trimmed.boundary_error) * extent.greatest_weight;
     let roots = search.roots.iter().map(|root| {
         let (st, t) = if root.degenerate {
             let position = trimmed.patch.eval(root.st).position;
@@ -412,31 +398,20 @@ fn polish(patch: &BezierPatch, ray: &Ray, st: DVec2) -> (DVec2, f64) {
 /// How far a hit's s and t move for each unit of error across the ray.
 fn sensitivity(point: &PatchPoint, ray: &Ray) -> DVec2 {
     let normal = point.dp_ds.cross(point.dp_dt);
-    let across = DVec2::new(
-        point.dp_dt.cross(ray.direction).length(),
-        point.dp_ds.cross(ray.direction).length(),
-    );
+    let across =
+        DVec2::new(point.dp_dt.cross(ray.direction).length(), point.dp_ds.cross(ray.direction).length());
     across / normal.dot(ray.direction).abs()
 }
 
-impl PatchReference {
-    fn of(object: u32, patch: u32, trimmed: &TrimmedPatch) -> Self {
-        let points = trimmed.patch.control_points();
-        let weights = points.iter().map(|point| point.w);
-        Self {
-            object,
-            patch,
-            magnitude: points.iter().map(|point| point.truncate().length()).fold(0.0, f64::max),
-            greatest_weight: weights.clone().fold(0.0, f64::max),
-            least_weight: weights.fold(f64::INFINITY, f64::min),
-        }
-    }
+/// Bound on the rounding of each coordinate of a patch's evaluated point.
+fn position_error(patch: &BezierPatch) -> f64 {
+    let Extent { magnitude, greatest_weight, least_weight } = patch.extent();
+    gamma(EVAL_OPERATIONS) * magnitude / least_weight * (greatest_weight / least_weight)
+}
 
-    /// Bound on the rounding of each coordinate of an evaluated point.
-    fn position_error(&self) -> f64 {
-        gamma(EVAL_OPERATIONS) * self.magnitude / self.least_weight
-            * (self.greatest_weight / self.least_weight)
-    }
+/// The same with the error of the trim's border.
+fn surface_error(trimmed: &TrimmedPatch) -> f64 {
+    position_error(&trimmed.patch) + trimmed.boundary_error
 }
 
 /// How far off a root's parameters may be, for an error of the ray, the surface and its border in the world.
@@ -573,7 +548,8 @@ mod tests {
         for _ in 0..20_000 {
             let origin = DVec3::splat(0.5) + 2.0 * noise.unit_vector();
             let ray = Ray::new(origin, DVec3::splat(0.5) + noise.vector() - origin);
-            let plain = dispatch!(Level::baseline(), simd => query::closest(simd, &scene, &ray, &mut scratch));
+            let plain =
+                dispatch!(Level::baseline(), simd => query::closest(simd, &scene, &ray, &mut scratch));
             let widest = scene.closest(&ray);
             let bits = |hit: Option<PatchHit>| {
                 hit.map(|hit| (hit.t.to_bits(), hit.st.to_array().map(f64::to_bits), hit.patch))
