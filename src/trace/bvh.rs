@@ -15,6 +15,7 @@ use obvhs::{Boundable, BvhBuildParams};
 
 use crate::math::lanes::Real;
 
+use super::collapse::{BinaryNode, Collapse};
 use super::leaf::{down, nearest, up};
 use super::leaf_test::LocalRays;
 use super::local::LocalRay;
@@ -45,7 +46,7 @@ pub(crate) struct Bvh {
 
 /// Eight boxes and what they hold. Unused places have boxes that no ray enters.
 #[derive(Clone, Debug)]
-#[repr(C, align(64))]
+#[repr(C, align(32))]
 struct Node {
     /// For each axis the eight lower planes, then the eight upper ones.
     planes: [[[f32; WIDTH]; 2]; 3],
@@ -244,40 +245,38 @@ fn descend(
     Some(waiting[*height].0)
 }
 
-/// Nodes of eight and the depth of their tree: of a node's descendants, the one with the largest surface is opened
-/// until there are eight.
+/// Nodes of eight and the depth of their tree.
 fn collapse(bvh: &Bvh2) -> (Vec<Node>, usize) {
-    let Some(root) = bvh.nodes.first() else { return (Vec::new(), 0) };
+    if bvh.nodes.is_empty() {
+        return (Vec::new(), 0);
+    }
+    let binary = |node: &Bvh2Node| BinaryNode {
+        half_area: node.aabb().half_area(),
+        first_child: (node.prim_count == 0).then_some(node.first_index),
+    };
+    let tree: Vec<_> = bvh.nodes.iter().map(binary).collect();
+    let collapse = Collapse::<WIDTH>::new(&tree);
     let mut nodes = vec![Node::EMPTY];
-    let mut open = vec![(*root, 0, 1)];
+    let mut open = vec![(0, 0, 1)];
     let mut greatest_depth = 0;
+    let mut children = Vec::with_capacity(WIDTH);
     while let Some((node, place, depth)) = open.pop() {
         greatest_depth = greatest_depth.max(depth);
-        let mut children = vec![node];
-        while children.len() < WIDTH {
-            let inner = children.iter().enumerate().filter(|(_, child)| child.prim_count == 0);
-            let largest = inner.max_by(|a, b| half_area(a.1).total_cmp(&half_area(b.1)));
-            let Some((index, _)) = largest else { break };
-            let first = children.swap_remove(index).first_index as usize;
-            children.extend_from_slice(&bvh.nodes[first..first + 2]);
-        }
-        for (lane, child) in children.iter().enumerate() {
-            let reference = if child.prim_count > 0 {
-                PRIMITIVE | bvh.primitive_indices[child.first_index as usize]
+        collapse.children(node, &mut children);
+        for (lane, &child) in children.iter().enumerate() {
+            let node = &bvh.nodes[child];
+            let reference = if node.prim_count > 0 {
+                PRIMITIVE | bvh.primitive_indices[node.first_index as usize]
             } else {
                 nodes.push(Node::EMPTY);
-                let index = u32::try_from(nodes.len() - 1).expect("fewer than 2^31 nodes fit in memory");
-                open.push((*child, nodes.len() - 1, depth + 1));
-                index
+                open.push((child, nodes.len() - 1, depth + 1));
+                u32::try_from(nodes.len() - 1).expect("fewer than 2^31 nodes fit in memory")
             };
-            nodes[place].set(lane, child.aabb(), reference);
+            nodes[place].set(lane, node.aabb(), reference);
         }
     }
+    nodes.shrink_to_fit();
     (nodes, greatest_depth)
-}
-
-fn half_area(node: &Bvh2Node) -> f32 {
-    node.aabb().half_area()
 }
 
 /// A ray ready for slab tests.

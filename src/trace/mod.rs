@@ -3,6 +3,7 @@
 mod brute_force;
 mod bvh;
 mod clipping;
+mod collapse;
 mod interaction;
 mod leaf;
 mod leaf_test;
