@@ -201,7 +201,7 @@ fn general_planes(volume: &SplineVolume, frame: FrameChoice) -> Vec<(Cell, Frame
             let made = deform_polygons(&polygon, Deformation { volume: Some(volume), frame })
                 .expect("a small triangle in a mild lattice");
             let patch = made.patches.first().expect("the triangle has area and lies in the lattice");
-            (patch.cell.expect("it lies in the lattice"), patch.frame)
+            (patch.cell().expect("it lies in the lattice"), patch.frame)
         })
         .collect()
 }

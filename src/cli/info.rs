@@ -131,7 +131,7 @@ fn object_info(built: &BuiltScene, object: usize) -> ObjectInfo {
 /// Whether the volume is proved to be locally one to one in all knot boxes that hold a piece of the object, and in how
 /// many of them it folds over.
 fn folds(volume: &SplineVolume, patches: &[TrimmedPatch]) -> (bool, usize) {
-    let cells: BTreeSet<_> = patches.iter().filter_map(|patch| patch.cell).collect();
+    let cells: BTreeSet<_> = patches.iter().filter_map(TrimmedPatch::cell).collect();
     let found: Vec<_> = cells.into_iter().map(|cell| orientation(volume, cell)).collect();
     let injective = found.iter().all(|&orientation| orientation == Orientation::Positive);
     let fold_overs = found.iter().filter(|&&orientation| orientation == Orientation::FoldsOver).count();

@@ -89,12 +89,11 @@ fn volume(volume: &SplineVolume) -> Volume {
 fn patch(trimmed: &TrimmedPatch) -> Patch {
     let frame = &trimmed.frame;
     Patch {
-        cell: trimmed.cell,
+        cell: trimmed.cell(),
         degree: trimmed.patch.degree(),
         control_points: trimmed
             .patch
             .control_points()
-            .iter()
             .map(|point| ((point.truncate() / point.w) + DVec3::ZERO).extend(point.w).to_array())
             .collect(),
         frame: FrameVectors { origin: frame.origin.to_array(), s: frame.s.to_array(), t: frame.t.to_array() },

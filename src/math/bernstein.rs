@@ -2,7 +2,7 @@
 //!
 //! Source of the algorithms: Farin, *Curves and Surfaces for CAGD*, the chapters on Bézier curves.
 
-use std::ops::{Add, Mul};
+use glam::{DVec2, DVec4};
 
 use super::lanes::Real;
 
@@ -104,6 +104,44 @@ pub(crate) fn basis<const ORDER: usize, R: Real>(degree: usize, t: R) -> BasisVa
     BasisValues { value, derivative }
 }
 
+/// A coefficient of a polynomial.
+pub(crate) trait Blend: Copy {
+    /// The sum of two of them with weights.
+    fn blend(of: [Self; 2], weights: [f64; 2]) -> Self;
+}
+
+impl Blend for f64 {
+    #[inline]
+    fn blend([a, b]: [Self; 2], weights: [f64; 2]) -> Self {
+        a * weights[0] + b * weights[1]
+    }
+}
+
+impl Blend for DVec2 {
+    #[inline]
+    fn blend([a, b]: [Self; 2], weights: [f64; 2]) -> Self {
+        a * weights[0] + b * weights[1]
+    }
+}
+
+impl Blend for DVec4 {
+    #[inline]
+    fn blend([a, b]: [Self; 2], weights: [f64; 2]) -> Self {
+        a * weights[0] + b * weights[1]
+    }
+}
+
+impl<const K: usize> Blend for [f64; K] {
+    #[inline]
+    fn blend([a, b]: [Self; 2], weights: [f64; 2]) -> Self {
+        let mut sum = [0.0; K];
+        for k in 0..K {
+            sum[k] = a[k] * weights[0] + b[k] * weights[1];
+        }
+        sum
+    }
+}
+
 /// Splits the polynomial with the given coefficients at `t` by de Casteljau's algorithm.
 ///
 /// `coefficients` becomes the part over `[0, t]`, `right` the part over `[t, 1]`; a stride lets both
@@ -113,13 +151,14 @@ pub(crate) fn basis<const ORDER: usize, R: Real>(degree: usize, t: R) -> BasisVa
 /// If a slice ends before coefficient `degree`.
 pub(crate) fn split<V>(coefficients: &mut [V], right: &mut [V], stride: usize, degree: usize, t: f64)
 where
-    V: Copy + Add<Output = V> + Mul<f64, Output = V>,
+    V: Blend,
 {
     let u = 1.0 - t;
     right[degree * stride] = coefficients[degree * stride];
     for level in 1..=degree {
         for i in (level..=degree).rev() {
-            coefficients[i * stride] = coefficients[(i - 1) * stride] * u + coefficients[i * stride] * t;
+            coefficients[i * stride] =
+                V::blend([coefficients[(i - 1) * stride], coefficients[i * stride]], [u, t]);
         }
         right[(degree - level) * stride] = coefficients[degree * stride];
     }
@@ -130,13 +169,13 @@ where
 /// Also to parts that reach beyond `[0, 1]`, `to` being positive; rounding grows with the distance from there.
 pub(crate) fn restrict<V>(coefficients: &mut [V], stride: usize, degree: usize, from: f64, to: f64)
 where
-    V: Copy + Add<Output = V> + Mul<f64, Output = V>,
+    V: Blend,
 {
     if to != 1.0 {
         for level in 1..=degree {
             for i in (level..=degree).rev() {
                 coefficients[i * stride] =
-                    coefficients[(i - 1) * stride] * (1.0 - to) + coefficients[i * stride] * to;
+                    V::blend([coefficients[(i - 1) * stride], coefficients[i * stride]], [1.0 - to, to]);
             }
         }
     }
@@ -145,7 +184,7 @@ where
         for level in 1..=degree {
             for i in 0..=degree - level {
                 coefficients[i * stride] =
-                    coefficients[i * stride] * (1.0 - t) + coefficients[(i + 1) * stride] * t;
+                    V::blend([coefficients[i * stride], coefficients[(i + 1) * stride]], [1.0 - t, t]);
             }
         }
     }

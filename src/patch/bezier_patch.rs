@@ -9,11 +9,27 @@ use crate::math::bernstein::{self, MAX_DEGREE, MAX_ORDER, basis};
 /// R(s, t) = Σ `P_ij` B(i, m)(s) B(j, n)(t), with `P_ij` = (w x, w y, w z, w) and a division by the weight at the end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BezierPatch {
-    degree: [usize; 2],
-    /// j (along t) fastest.
-    control_points: Vec<DVec4>,
+    /// Control points, j (along t) fastest, of [`Self::stride`] numbers each: weights are kept only if one is not 1.
+    ///
+    /// Then follow the extent's numbers: magnitude and, if weights are kept, greatest and least weight. So four numbers can
+    /// be read from the start of every control point.
+    numbers: Box<[f64]>,
+    degree: [u8; 2],
     rational: bool,
 }
+
+/// How large the numbers of a patch's control points are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Extent {
+    /// Greatest length of (w x, w y, w z).
+    pub(crate) magnitude: f64,
+    pub(crate) greatest_weight: f64,
+    pub(crate) least_weight: f64,
+}
+
+/// Numbers of a control point of a polynomial patch, and of a rational one.
+pub(super) const POLYNOMIAL: usize = 3;
+pub(super) const RATIONAL: usize = 4;
 
 /// A patch's point and partial derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,59 +48,164 @@ impl BezierPatch {
     /// # Panics
     /// If a degree is not in 1..=12 or the number of control points is not (m + 1)(n + 1).
     pub fn new(degree: [usize; 2], control_points: Vec<DVec4>) -> Self {
+        let rational = control_points.iter().any(|point| point.w != 1.0);
+        if rational {
+            Self::from_numbers(degree, true, control_points.iter().map(DVec4::to_array))
+        } else {
+            Self::polynomial(degree, control_points.iter().map(|point| point.truncate()))
+        }
+    }
+
+    /// A patch from control points of weight 1; panics as [`Self::new`].
+    pub(super) fn polynomial(degree: [usize; 2], control_points: impl Iterator<Item = DVec3>) -> Self {
+        Self::from_numbers(degree, false, control_points.map(|point| point.to_array()))
+    }
+
+    fn from_numbers<const STRIDE: usize>(
+        degree: [usize; 2],
+        rational: bool,
+        points: impl Iterator<Item = [f64; STRIDE]>,
+    ) -> Self {
         assert!(degree.iter().all(|d| (1..=MAX_DEGREE).contains(d)), "degree {degree:?} is not in 1..=12");
         let want = (degree[0] + 1) * (degree[1] + 1);
-        assert_eq!(control_points.len(), want, "a net of degree {degree:?} has {want} control points");
-        let rational = control_points.iter().any(|point| point.w != 1.0);
-        Self { degree, control_points, rational }
+        let mut numbers = Vec::with_capacity(want * STRIDE + extent_numbers(rational));
+        for point in points {
+            numbers.extend_from_slice(&point);
+        }
+        let got = numbers.len() / STRIDE;
+        assert_eq!(got, want, "a net of degree {degree:?} has {want} control points");
+        numbers.resize(want * STRIDE + extent_numbers(rational), 0.0);
+        let degree = degree.map(|degree| u8::try_from(degree).expect("a degree is at most 12"));
+        let mut patch = Self { numbers: numbers.into_boxed_slice(), degree, rational };
+        patch.measure();
+        patch
+    }
+
+    /// Sets the extent's numbers.
+    fn measure(&mut self) {
+        let greatest = |squares: &mut dyn Iterator<Item = f64>| squares.fold(0.0, f64::max).sqrt();
+        let square = |[x, y, z]: [f64; 3]| DVec3::new(x, y, z).length_squared();
+        let count = self.count();
+        if self.rational {
+            let (points, extent) = self.numbers.split_at_mut(count * RATIONAL);
+            let points = points.as_chunks::<RATIONAL>().0;
+            extent[0] = greatest(&mut points.iter().map(|&[x, y, z, _]| square([x, y, z])));
+            let weights = points.iter().map(|point| point[3]);
+            extent[1] = weights.clone().fold(0.0, f64::max);
+            extent[2] = weights.fold(f64::INFINITY, f64::min);
+        } else {
+            let (points, extent) = self.numbers.split_at_mut(count * POLYNOMIAL);
+            extent[0] = greatest(&mut points.as_chunks::<POLYNOMIAL>().0.iter().map(|&point| square(point)));
+        }
     }
 
     /// Degrees m and n along s and t.
+    #[inline]
     pub fn degree(&self) -> [usize; 2] {
-        self.degree
+        [usize::from(self.degree[0]), usize::from(self.degree[1])]
+    }
+
+    /// Number of control points.
+    #[inline]
+    fn count(&self) -> usize {
+        (usize::from(self.degree[0]) + 1) * (usize::from(self.degree[1]) + 1)
+    }
+
+    /// Numbers kept of a control point.
+    #[inline]
+    fn stride(&self) -> usize {
+        if self.rational { RATIONAL } else { POLYNOMIAL }
     }
 
     /// Homogeneous control points (w x, w y, w z, w), the index along t running fastest.
-    pub fn control_points(&self) -> &[DVec4] {
-        &self.control_points
+    pub fn control_points(&self) -> impl ExactSizeIterator<Item = DVec4> + Clone {
+        let stride = self.stride();
+        self.numbers[..self.count() * stride].chunks_exact(stride).map(|point| {
+            let weight = point.get(3).copied().unwrap_or(1.0);
+            DVec4::new(point[0], point[1], point[2], weight)
+        })
+    }
+
+    /// The numbers of the control points, [`POLYNOMIAL`] or [`RATIONAL`] each, and at least one more.
+    #[inline(always)]
+    pub(super) fn numbers(&self) -> &[f64] {
+        &self.numbers
+    }
+
+    /// How large the control points are.
+    pub(crate) fn extent(&self) -> Extent {
+        let extent = &self.numbers[self.count() * self.stride()..];
+        match *extent {
+            [magnitude, greatest_weight, least_weight] => Extent { magnitude, greatest_weight, least_weight },
+            _ => Extent { magnitude: extent[0], greatest_weight: 1.0, least_weight: 1.0 },
+        }
+    }
+
+    /// Memory of the control points in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.numbers)
     }
 
     /// Whether any weight is not 1.
+    #[inline]
     pub fn is_rational(&self) -> bool {
         self.rational
     }
 
     /// Whether all weights are positive, so that the patch lies in the hull of its control points.
     pub fn has_positive_weights(&self) -> bool {
-        self.control_points.iter().all(|point| point.w > 0.0)
+        !self.rational || self.control_points().all(|point| point.w > 0.0)
+    }
+
+    /// Whether all control points are finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.numbers[..self.count() * self.stride()].iter().all(|number| number.is_finite())
     }
 
     /// Point and partial derivatives at any real parameters; meant for the unit square.
     ///
     /// Relative to the largest control point the error is a few times the degree in roundings.
     pub fn eval(&self, st: DVec2) -> PatchPoint {
-        let [m, n] = self.degree;
+        if self.rational {
+            let [value, by_s, by_t] = self.sums::<RATIONAL>(st);
+            from_homogeneous([value, by_s, by_t].map(DVec4::from_array))
+        } else {
+            let [position, dp_ds, dp_dt] = self.sums::<POLYNOMIAL>(st);
+            PatchPoint { position: position.into(), dp_ds: dp_ds.into(), dp_dt: dp_dt.into() }
+        }
+    }
+
+    /// The homogeneous point and its partials.
+    #[inline]
+    fn sums<const STRIDE: usize>(&self, st: DVec2) -> [[f64; STRIDE]; 3] {
+        let [m, n] = self.degree();
         let along_s = basis::<MAX_ORDER, f64>(m, st.x);
         let along_t = basis::<MAX_ORDER, f64>(n, st.y);
-        let mut sums = [DVec4::ZERO; 3];
-        for (i, row) in self.control_points.chunks_exact(n + 1).enumerate() {
-            let (mut value, mut slope) = (DVec4::ZERO, DVec4::ZERO);
-            for (j, &point) in row.iter().enumerate() {
-                value += along_t.value[j] * point;
-                slope += along_t.derivative[j] * point;
+        let (points, _) = self.numbers[..self.count() * STRIDE].as_chunks::<STRIDE>();
+        let zero = [0.0; STRIDE];
+        let mut sums = [zero; 3];
+        for (i, row) in points.chunks_exact(n + 1).enumerate() {
+            let (mut value, mut slope) = (zero, zero);
+            for (j, point) in row.iter().enumerate() {
+                for k in 0..STRIDE {
+                    value[k] += along_t.value[j] * point[k];
+                    slope[k] += along_t.derivative[j] * point[k];
+                }
             }
-            sums[0] += along_s.value[i] * value;
-            sums[1] += along_s.derivative[i] * value;
-            sums[2] += along_s.value[i] * slope;
+            for k in 0..STRIDE {
+                sums[0][k] += along_s.value[i] * value[k];
+                sums[1][k] += along_s.derivative[i] * value[k];
+                sums[2][k] += along_s.value[i] * slope[k];
+            }
         }
-        from_homogeneous(sums, self.rational)
+        sums
     }
 
     /// Lowest and highest corner of the control points' box, which holds the patch over the unit square.
     ///
     /// Only if all weights are positive.
     pub fn hull_bounds(&self) -> [DVec3; 2] {
-        self.control_points.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], point| {
+        self.control_points().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], point| {
             let position = point.truncate() / point.w;
             [low.min(position), high.max(position)]
         })
@@ -92,26 +213,37 @@ impl BezierPatch {
 
     /// The part over `[low, high]`, as a patch over the unit square; by de Casteljau's algorithm.
     pub fn subpatch(&self, low: DVec2, high: DVec2) -> Self {
-        let [m, n] = self.degree;
         let mut part = self.clone();
+        if self.rational {
+            part.restrict::<RATIONAL>(low, high);
+        } else {
+            part.restrict::<POLYNOMIAL>(low, high);
+        }
+        part.measure();
+        part
+    }
+
+    fn restrict<const STRIDE: usize>(&mut self, low: DVec2, high: DVec2) {
+        let [m, n] = self.degree();
+        let points = self.count() * STRIDE;
+        let (points, _) = self.numbers[..points].as_chunks_mut::<STRIDE>();
         for i in 0..=m {
-            bernstein::restrict(&mut part.control_points[i * (n + 1)..], 1, n, low.y, high.y);
+            bernstein::restrict(&mut points[i * (n + 1)..], 1, n, low.y, high.y);
         }
         for j in 0..=n {
-            bernstein::restrict(&mut part.control_points[j..], n + 1, m, low.x, high.x);
+            bernstein::restrict(&mut points[j..], n + 1, m, low.x, high.x);
         }
-        part
     }
 }
 
-/// Divides by the weight, which is 1 if the patch is not rational: the one place where homogeneous values become
-/// points and partials.
+/// Numbers of an [`Extent`] that a patch keeps.
+fn extent_numbers(rational: bool) -> usize {
+    if rational { 3 } else { 1 }
+}
+
+/// Divides by the weight: the one place where homogeneous values become points and partials.
 #[inline(always)]
-pub(super) fn from_homogeneous([value, by_s, by_t]: [DVec4; 3], rational: bool) -> PatchPoint {
-    if !rational {
-        let [position, dp_ds, dp_dt] = [value, by_s, by_t].map(DVec4::truncate);
-        return PatchPoint { position, dp_ds, dp_dt };
-    }
+pub(super) fn from_homogeneous([value, by_s, by_t]: [DVec4; 3]) -> PatchPoint {
     let position = value.truncate() / value.w;
     let partial = |slope: DVec4| (slope.truncate() - slope.w * position) / value.w;
     PatchPoint { position, dp_ds: partial(by_s), dp_dt: partial(by_t) }

@@ -13,7 +13,7 @@ use crate::subdivide::{
 
 use super::bezier_patch::BezierPatch;
 use super::compose::{Composer, flat_patch};
-use super::trim::TrimRegion;
+use super::trim::{TrimBuilder, TrimRegion};
 
 /// Halvings of a rational patch in search of positive weights; each halves one side.
 ///
@@ -42,8 +42,8 @@ pub struct Deformation<'a> {
 /// A Bézier patch with the part of it that is surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrimmedPatch {
-    /// The knot box it is the image of; `None` outside the lattice, where the surface is undeformed.
-    pub cell: Option<Cell>,
+    /// See [`Self::cell`].
+    cell: Option<[u32; 3]>,
     /// From the patch's unit square to the undeformed plane.
     pub frame: Frame,
     /// The surface.
@@ -56,9 +56,14 @@ pub struct TrimmedPatch {
 }
 
 impl TrimmedPatch {
+    /// The knot box it is the image of; `None` outside the lattice, where the surface is undeformed.
+    pub fn cell(&self) -> Option<Cell> {
+        self.cell.map(|cell| cell.map(|interval| interval as usize))
+    }
+
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        size_of::<Self>() + size_of_val(self.patch.control_points()) + self.trim.bytes()
+        size_of::<Self>() + self.patch.bytes() + self.trim.bytes()
     }
 
     /// Lowest and highest corner of a box that holds the trimmed surface: the control points of those parts of a
@@ -144,12 +149,14 @@ pub fn deform_polygons(
         lipschitz: deformation.volume.map_or(1.0, SplineVolume::lipschitz_bound),
         composer: Composer::default(),
         corners: Vec::new(),
+        trim: TrimBuilder::default(),
         patches: Vec::with_capacity(groups.len()),
     };
     for group in &groups {
         builder.add_group(group)?;
     }
-    let patches = builder.patches;
+    let mut patches = builder.patches;
+    patches.shrink_to_fit();
     let times = BuildTimes { subdivide, compose: started.elapsed() };
     Ok(DeformedPolygons { patches, subpolygons: pieces.len(), times })
 }
@@ -170,6 +177,7 @@ struct Builder<'a> {
     lipschitz: f64,
     composer: Composer,
     corners: Vec<DVec3>,
+    trim: TrimBuilder,
     patches: Vec<TrimmedPatch>,
 }
 
@@ -180,18 +188,18 @@ impl Builder<'_> {
             self.corners.extend_from_slice(self.pieces.corners(piece as usize));
         }
         let Some(framed) = self.frame(group) else { return Ok(()) };
-        let mut trim = TrimRegion::default();
         let mut off_plane: f64 = 0.0;
         for &piece in &group.pieces {
             let polygon = self.pieces.piece(piece as usize).polygon;
             let corners = self.pieces.corners(piece as usize);
-            let parameters = |&corner: &DVec3| framed.frame.parameters(corner).clamp(DVec2::ZERO, DVec2::ONE);
+            let parameters = |&corner: &DVec3| framed.parameters(corner).clamp(DVec2::ZERO, DVec2::ONE);
             for corner in corners {
                 off_plane = off_plane.max((framed.frame.point(parameters(corner)) - *corner).length());
             }
-            trim.push(polygon, self.polygons[polygon as usize].face, corners.iter().map(parameters));
+            self.trim.push(polygon, self.polygons[polygon as usize].face, corners.iter().map(parameters));
         }
         let boundary_error = off_plane * self.lipschitz;
+        let trim = self.trim.finish();
         self.add_patch(group.cell, framed.frame, trim, boundary_error, 0)
     }
 
@@ -224,10 +232,12 @@ impl Builder<'_> {
             _ => flat_patch(&frame),
         };
         let face = trim.loops()[0].face;
-        if !patch.control_points().iter().all(|point| point.is_finite()) {
+        if !patch.is_finite() {
             return Err(BuildError::NotFinite { face });
         }
         if patch.has_positive_weights() {
+            let interval = |index| u32::try_from(index).expect("fewer than 2^32 knots fit in memory");
+            let cell = cell.map(|cell| cell.map(interval));
             self.patches.push(TrimmedPatch { cell, frame, patch, trim, boundary_error });
             return Ok(());
         }
@@ -245,7 +255,7 @@ impl Builder<'_> {
 
 /// The half of a trimmed frame on one side of its middle, fitted to the trim; `None` if no trim is left there.
 fn half(frame: &Frame, trim: &TrimRegion, axis: usize, side: Side) -> Option<(Frame, TrimRegion)> {
-    let mut clipped = TrimRegion::default();
+    let mut clipped = TrimBuilder::default();
     let mut kept = Vec::new();
     for trim_loop in trim.loops() {
         polygon::clip(trim.corners(trim_loop), axis, 0.5, side, &mut kept);
@@ -253,13 +263,14 @@ fn half(frame: &Frame, trim: &TrimRegion, axis: usize, side: Side) -> Option<(Fr
             clipped.push(trim_loop.polygon, trim_loop.face, kept.iter().copied());
         }
     }
+    let clipped = clipped.finish();
     let [low, high] = clipped.bounds()?;
-    let mut fitted = TrimRegion::default();
+    let mut fitted = TrimBuilder::default();
     for trim_loop in clipped.loops() {
         let corners = clipped.corners(trim_loop).iter().map(|&st| (st - low) / (high - low));
         fitted.push(trim_loop.polygon, trim_loop.face, corners);
     }
-    Some((frame.restricted(low, high), fitted))
+    Some((frame.restricted(low, high), fitted.finish()))
 }
 
 #[cfg(test)]
@@ -320,7 +331,7 @@ mod tests {
                 let weights: Vec<f64> = corners.iter().map(|_| noise.next() + 0.5).collect();
                 let sum: f64 = weights.iter().sum();
                 let st: DVec2 = corners.iter().zip(&weights).map(|(&c, w)| c * (w / sum)).sum();
-                let cell = patch.cell.unwrap();
+                let cell = patch.cell().unwrap();
                 let want = volume.eval_in_cell(cell, patch.frame.point(st));
                 let got = patch.patch.eval(st);
                 worst = worst.max((got.position - want.position).length());
@@ -343,9 +354,9 @@ mod tests {
                 )
                 .unwrap();
                 for patch in &made.patches {
-                    let cell = patch.cell.unwrap();
+                    let cell = patch.cell().unwrap();
                     let other = compose_by_interpolation(&volume, cell, &patch.frame, patch.patch.degree());
-                    let size = patch.patch.control_points().iter().map(|p| p.length()).fold(1.0, f64::max);
+                    let size = patch.patch.control_points().map(|p| p.length()).fold(1.0, f64::max);
                     for step in 0..=20 {
                         let st = DVec2::new(f64::from(step) / 20.0, f64::from(step * 7 % 21) / 20.0);
                         let (a, b) = (patch.patch.eval(st), other.eval(st));

@@ -58,7 +58,13 @@ impl Composer {
         for axis in order {
             degree = self.contract(axis, axes[axis].degree(), degree);
         }
-        BezierPatch::new(degree, unscale(&self.from, degree, volume.is_rational()))
+        let control_points = unscale(&self.from, degree);
+        if volume.is_rational() {
+            BezierPatch::new(degree, control_points.collect())
+        } else {
+            // the sums' weights are 1 but for rounding
+            BezierPatch::polynomial(degree, control_points.map(DVec4::truncate))
+        }
     }
 
     /// Copies the cell's control points, the last axis of `order` fastest.
@@ -163,17 +169,12 @@ fn axis_order(factors: &[AxisFactor; 3]) -> [usize; 3] {
     order
 }
 
-/// Divides the scaled coefficients by their binomials; weights of a volume that is not rational are exactly 1.
-fn unscale(scaled: &[DVec4], [m, n]: [usize; 2], rational: bool) -> Vec<DVec4> {
-    let mut control_points = Vec::with_capacity(scaled.len());
-    for (i, row) in scaled.chunks_exact(n + 1).enumerate() {
+/// Divides the scaled coefficients by their binomials.
+fn unscale(scaled: &[DVec4], [m, n]: [usize; 2]) -> impl Iterator<Item = DVec4> {
+    scaled.chunks_exact(n + 1).enumerate().flat_map(move |(i, row)| {
         let row_factor = inverse_binomial(m, i);
-        for (j, &sum) in row.iter().enumerate() {
-            let point = sum * (row_factor * inverse_binomial(n, j));
-            control_points.push(if rational { point } else { point.truncate().extend(1.0) });
-        }
-    }
-    control_points
+        row.iter().enumerate().map(move |(j, &sum)| sum * (row_factor * inverse_binomial(n, j)))
+    })
 }
 
 /// An axis' parameter along the frame, from 0 to 1 over the knot interval: c + p s + q t.

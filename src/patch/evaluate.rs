@@ -5,12 +5,12 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
-use glam::{DVec2, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 
 use crate::math::bernstein::{MAX_ORDER, basis};
 use crate::math::lanes::{Real, Vector};
 
-use super::bezier_patch::{BezierPatch, PatchPoint, from_homogeneous};
+use super::bezier_patch::{BezierPatch, POLYNOMIAL, PatchPoint, RATIONAL, from_homogeneous};
 
 /// Points and partials by s and t, side by side.
 #[derive(Clone, Copy, Debug)]
@@ -56,27 +56,17 @@ impl BezierPatch {
     /// As [`Self::eval`], to the bit; a vector holds (w x, w y, w z, w). `M` and `N` as [`Self::with_orders`] gives them.
     #[inline(always)]
     pub(crate) fn eval_one<const M: usize, const N: usize, S: Simd>(&self, simd: S, st: DVec2) -> PatchPoint {
-        let [m, n] = orders::<M, N>(self);
-        let along_s = basis::<M, f64>(m - 1, st.x);
-        let along_t = basis::<N, f64>(n - 1, st.y);
-        let zero = f64x4::splat(simd, 0.0);
-        let (mut position, mut by_s, mut by_t) = (zero, zero, zero);
-        for (i, row) in self.control_points()[..m * n].chunks_exact(n).enumerate() {
-            let (mut value, mut slope) = (zero, zero);
-            for (j, point) in row.iter().enumerate() {
-                let point: f64x4<S> = point.to_array().simd_into(simd);
-                value += point * along_t.value[j];
-                slope += point * along_t.derivative[j];
+        if self.is_rational() {
+            let [value, by_s, by_t] = homogeneous_one::<M, N, RATIONAL, S>(simd, self, st);
+            from_homogeneous([DVec4::from_array(value), DVec4::from_array(by_s), DVec4::from_array(by_t)])
+        } else {
+            let [position, dp_ds, dp_dt] = homogeneous_one::<M, N, POLYNOMIAL, S>(simd, self, st);
+            PatchPoint {
+                position: first_three(position),
+                dp_ds: first_three(dp_ds),
+                dp_dt: first_three(dp_dt),
             }
-            position += value * along_s.value[i];
-            by_s += value * along_s.derivative[i];
-            by_t += slope * along_s.value[i];
         }
-        let [position, by_s, by_t] = [position.into(), by_s.into(), by_t.into()];
-        from_homogeneous(
-            [DVec4::from_array(position), DVec4::from_array(by_s), DVec4::from_array(by_t)],
-            self.is_rational(),
-        )
     }
 
     /// As [`Self::eval`] in each lane, to the bit. `M` and `N` as [`Self::with_orders`] gives them.
@@ -87,12 +77,12 @@ impl BezierPatch {
         st: [f64x8<S>; 2],
     ) -> PointLanes<f64x8<S>> {
         if self.is_rational() {
-            let [value, by_s, by_t] = homogeneous_lanes::<M, N, 4, S>(simd, self, st);
+            let [value, by_s, by_t] = homogeneous_lanes::<M, N, RATIONAL, S>(simd, self, st);
             let position = Vector::new(value[0] / value[3], value[1] / value[3], value[2] / value[3]);
             let [dp_ds, dp_dt] = [partial(by_s, position, value[3]), partial(by_t, position, value[3])];
             PointLanes { position, dp_ds, dp_dt }
         } else {
-            let [value, by_s, by_t] = homogeneous_lanes::<M, N, 3, S>(simd, self, st);
+            let [value, by_s, by_t] = homogeneous_lanes::<M, N, POLYNOMIAL, S>(simd, self, st);
             PointLanes {
                 position: Vector::new(value[0], value[1], value[2]),
                 dp_ds: Vector::new(by_s[0], by_s[1], by_s[2]),
@@ -112,6 +102,41 @@ fn partial<R: Real>(slope: [R; 4], position: Vector<R>, weight: R) -> Vector<R> 
     )
 }
 
+/// A vector of a control point's first numbers, `STRIDE` of each, and its partials; the rest of the vector is of no meaning.
+#[inline(always)]
+fn homogeneous_one<const M: usize, const N: usize, const STRIDE: usize, S: Simd>(
+    simd: S,
+    patch: &BezierPatch,
+    st: DVec2,
+) -> [[f64; 4]; 3] {
+    let [m, n] = orders::<M, N>(patch);
+    let along_s = basis::<M, f64>(m - 1, st.x);
+    let along_t = basis::<N, f64>(n - 1, st.y);
+    let zero = f64x4::splat(simd, 0.0);
+    let (mut position, mut by_s, mut by_t) = (zero, zero, zero);
+    // four numbers from the start of the last point reach beyond it if it has but three
+    let beyond = RATIONAL - STRIDE;
+    let points = &patch.numbers()[..m * n * STRIDE + beyond];
+    for i in 0..m {
+        let row = &points[i * n * STRIDE..][..n * STRIDE + beyond];
+        let (mut value, mut slope) = (zero, zero);
+        for j in 0..n {
+            let point = f64x4::from_slice(simd, &row[j * STRIDE..][..4]);
+            value += point * along_t.value[j];
+            slope += point * along_t.derivative[j];
+        }
+        position += value * along_s.value[i];
+        by_s += value * along_s.derivative[i];
+        by_t += slope * along_s.value[i];
+    }
+    [position.into(), by_s.into(), by_t.into()]
+}
+
+#[inline(always)]
+fn first_three([x, y, z, _]: [f64; 4]) -> DVec3 {
+    DVec3::new(x, y, z)
+}
+
 /// The first K of (w x, w y, w z, w), and their partials.
 #[inline(always)]
 fn homogeneous_lanes<const M: usize, const N: usize, const K: usize, S: Simd>(
@@ -124,10 +149,10 @@ fn homogeneous_lanes<const M: usize, const N: usize, const K: usize, S: Simd>(
     let along_t = basis::<N, f64x8<S>>(n - 1, t);
     let zero = [f64x8::splat(simd, 0.0); K];
     let [mut position, mut by_s, mut by_t] = [zero; 3];
-    for (i, row) in patch.control_points()[..m * n].chunks_exact(n).enumerate() {
+    let (points, _) = patch.numbers()[..m * n * K].as_chunks::<K>();
+    for (i, row) in points.chunks_exact(n).enumerate() {
         let (mut value, mut slope) = (zero, zero);
         for (j, point) in row.iter().enumerate() {
-            let point = point.to_array();
             for k in 0..K {
                 value[k] += along_t.value[j] * point[k];
                 slope[k] += along_t.derivative[j] * point[k];
@@ -150,11 +175,9 @@ fn orders<const M: usize, const N: usize>(patch: &BezierPatch) -> [usize; 2] {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
-    use glam::DVec3;
-
     use super::*;
     use crate::test_support::Noise;
+    use fearless_simd::{Level, dispatch};
 
     #[test]
     fn every_twin_gives_the_bits_of_the_plain_one() {

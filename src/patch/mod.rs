@@ -7,6 +7,7 @@ mod evaluate;
 mod interpolation;
 mod trim;
 
+pub(crate) use bezier_patch::Extent;
 pub use bezier_patch::{BezierPatch, PatchPoint};
 pub use build::{
     BuildError, BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, TrimmedPatch, deform_polygons,

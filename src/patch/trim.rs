@@ -16,13 +16,27 @@ pub struct TrimLoop {
 }
 
 /// The trim of a patch: the union of convex polygons in (s, t), closed, each wound counter-clockwise.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TrimRegion {
+    corners: Box<[DVec2]>,
+    loops: Loops,
+}
+
+/// Most patches have one loop, which needs no allocation.
+#[derive(Clone, Debug, PartialEq)]
+enum Loops {
+    One(TrimLoop),
+    Many(Box<[TrimLoop]>),
+}
+
+/// Loops of a trim in the making; kept from trim to trim.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TrimBuilder {
     corners: Vec<DVec2>,
     loops: Vec<TrimLoop>,
 }
 
-impl TrimRegion {
+impl TrimBuilder {
     /// Adds a loop; corners counter-clockwise.
     pub(crate) fn push(&mut self, polygon: u32, face: u32, corners: impl IntoIterator<Item = DVec2>) {
         let index = |n: usize| u32::try_from(n).expect("fewer than 2^32 corners fit in memory");
@@ -31,9 +45,26 @@ impl TrimRegion {
         self.loops.push(TrimLoop { polygon, face, start, end: index(self.corners.len()) });
     }
 
+    /// The region of the loops so far; the next begins with none.
+    pub(crate) fn finish(&mut self) -> TrimRegion {
+        let loops = match *self.loops {
+            [only] => Loops::One(only),
+            _ => Loops::Many(self.loops.as_slice().into()),
+        };
+        let corners = self.corners.as_slice().into();
+        self.corners.clear();
+        self.loops.clear();
+        TrimRegion { corners, loops }
+    }
+}
+
+impl TrimRegion {
     /// The loops, in the order of the input faces.
     pub fn loops(&self) -> &[TrimLoop] {
-        &self.loops
+        match &self.loops {
+            Loops::One(only) => std::slice::from_ref(only),
+            Loops::Many(loops) => loops,
+        }
     }
 
     /// The corners of one of [`Self::loops`].
@@ -41,9 +72,13 @@ impl TrimRegion {
         &self.corners[trim_loop.start as usize..trim_loop.end as usize]
     }
 
-    /// Memory of corners and loops in bytes.
+    /// Memory of corners and loops in bytes, besides that of the region itself.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&*self.corners) + size_of_val(&*self.loops)
+        let loops = match &self.loops {
+            Loops::One(_) => 0,
+            Loops::Many(loops) => size_of_val(&**loops),
+        };
+        size_of_val(&*self.corners) + loops
     }
 
     /// Lowest and highest corner of the bounding rectangle; `None` if the region is empty.
@@ -59,7 +94,7 @@ impl TrimRegion {
     /// Whether any loop has a point in the closed rectangle `[low, high]`.
     pub(crate) fn reaches(&self, low: DVec2, high: DVec2) -> bool {
         let mut kept = Vec::new();
-        self.loops.iter().any(|trim_loop| {
+        self.loops().iter().any(|trim_loop| {
             let mut corners = self.corners(trim_loop).to_vec();
             for (axis, value, side) in [
                 (0, low.x, Side::Above),
@@ -80,7 +115,7 @@ impl TrimRegion {
     /// `tolerance` is how far off the point may be along s and t; a point that is inside no loop belongs to the
     /// first one from which it is no farther than that. NaN belongs to none.
     pub fn find(&self, st: DVec2, tolerance: DVec2) -> Option<&TrimLoop> {
-        let inside = |tolerance| self.loops.iter().find(|l| holds(self.corners(l), st, tolerance));
+        let inside = |tolerance| self.loops().iter().find(|l| holds(self.corners(l), st, tolerance));
         inside(DVec2::ZERO).or_else(|| inside(tolerance))
     }
 }
@@ -106,10 +141,10 @@ mod tests {
 
     fn two_triangles() -> TrimRegion {
         let (a, b, c, d) = (DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y);
-        let mut region = TrimRegion::default();
+        let mut region = TrimBuilder::default();
         region.push(0, 7, [a, b, c]);
         region.push(1, 9, [a, c, d]);
-        region
+        region.finish()
     }
 
     #[test]

@@ -172,7 +172,7 @@ fn deform(
     let frame = ffd.map(|ffd| ffd.frame).unwrap_or_default();
     let made = deform_polygons(&planar, Deformation { volume, frame }).map_err(|error| error.to_string())?;
     if let Some(FfdDescription { outside: Outside::Error, .. }) = ffd {
-        let outside = made.patches.iter().filter(|patch| patch.cell.is_none());
+        let outside = made.patches.iter().filter(|patch| patch.cell().is_none());
         let mut faces: Vec<u32> =
             outside.flat_map(|patch| patch.trim.loops().iter().map(|trim_loop| trim_loop.face)).collect();
         faces.sort_unstable();

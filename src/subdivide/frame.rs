@@ -28,8 +28,6 @@ pub struct Frame {
     pub s: DVec3,
     /// From (0, 0) to (0, 1).
     pub t: DVec3,
-    /// Dual vectors: the parameters of a point of the plane are its products with them, from the origin.
-    dual: [DVec3; 2],
 }
 
 impl Frame {
@@ -38,22 +36,19 @@ impl Frame {
         self.origin + st.x * self.s + st.y * self.t
     }
 
-    /// The parameters of a point of the plane.
-    pub fn parameters(&self, point: DVec3) -> DVec2 {
-        let offset = point - self.origin;
-        DVec2::new(self.dual[0].dot(offset), self.dual[1].dot(offset))
-    }
-
     /// The frame whose unit square is the rectangle `[low, high]` of this one's parameters.
     pub(crate) fn restricted(&self, low: DVec2, high: DVec2) -> Self {
         let size = high - low;
-        Self {
-            origin: self.point(low),
-            s: size.x * self.s,
-            t: size.y * self.t,
-            dual: [self.dual[0] / size.x, self.dual[1] / size.y],
-        }
+        Self { origin: self.point(low), s: size.x * self.s, t: size.y * self.t }
     }
+}
+
+/// A frame with what finds parameters in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct DualFrame {
+    frame: Frame,
+    /// The parameters of a point of the plane are its products with these, from the origin.
+    dual: [DVec3; 2],
 }
 
 /// A frame with the degrees that a volume's piece has along it.
@@ -61,6 +56,15 @@ impl Frame {
 pub(crate) struct FramedPlane {
     pub(crate) frame: Frame,
     pub(crate) degree: [usize; 2],
+    dual: [DVec3; 2],
+}
+
+impl FramedPlane {
+    /// The parameters of a point of the plane.
+    pub(crate) fn parameters(&self, point: DVec3) -> DVec2 {
+        let offset = point - self.frame.origin;
+        DVec2::new(self.dual[0].dot(offset), self.dual[1].dot(offset))
+    }
 }
 
 /// How much larger than in the knot box a volume's piece may get on the frame's parallelogram, as a bound on the
@@ -81,20 +85,20 @@ pub(crate) fn frame_group(
     choice: FrameChoice,
 ) -> Option<FramedPlane> {
     let nonzero = (0..3).filter(|&axis| plane.normal[axis] != 0.0).count();
-    let frame = match (choice, nonzero) {
+    let DualFrame { frame, dual } = match (choice, nonzero) {
         (FrameChoice::Rectangle, 2..) => rectangle(plane, corners, degree, box_size)?,
         _ => parallelogram(plane, corners, degree, box_size)?,
     };
     let sum = |direction: DVec3| (0..3).filter(|&axis| direction[axis] != 0.0).map(|axis| degree[axis]).sum();
     let degree = [sum(frame.s), sum(frame.t)];
-    Some(FramedPlane { frame, degree })
+    Some(FramedPlane { frame, degree, dual })
 }
 
 /// The plane as a graph over a rectangle in the two axes that are not `dependent`.
 ///
 /// The direction along each of the two changes the dependent axis too, unless the normal has no component along
 /// its own: so each omits the other axis.
-fn parallelogram(plane: &Plane, corners: &[DVec3], degree: [usize; 3], box_size: DVec3) -> Option<Frame> {
+fn parallelogram(plane: &Plane, corners: &[DVec3], degree: [usize; 3], box_size: DVec3) -> Option<DualFrame> {
     let n = plane.normal;
     let candidates = (0..3).filter(|&axis| n[axis] != 0.0);
     let dependent = candidates.min_by(|&a, &b| {
@@ -127,7 +131,7 @@ fn parallelogram(plane: &Plane, corners: &[DVec3], degree: [usize; 3], box_size:
     origin[dependent] = plane.anchor[dependent]
         - (n[along_s] * offset[along_s] + n[along_t] * offset[along_t]) / n[dependent];
     let dual = [DVec3::AXES[along_s] / s[along_s], DVec3::AXES[along_t] / t[along_t]];
-    (s[along_s] != 0.0 && t[along_t] != 0.0).then_some(Frame { origin, s, t, dual })
+    (s[along_s] != 0.0 && t[along_t] != 0.0).then_some(DualFrame { frame: Frame { origin, s, t }, dual })
 }
 
 /// Which of the two free axes s follows: as in Table 1 where the normal has zeros, else the one that gives the lower
@@ -165,7 +169,7 @@ fn growth(n: DVec3, dependent: usize, degree: [usize; 3], box_size: DVec3) -> f6
 ///
 /// One component 0: s is that axis. None: s omits the axis of the largest degree; among equal ones the axis along
 /// which the knot box is thinnest. t = n × s.
-fn rectangle(plane: &Plane, corners: &[DVec3], degree: [usize; 3], box_size: DVec3) -> Option<Frame> {
+fn rectangle(plane: &Plane, corners: &[DVec3], degree: [usize; 3], box_size: DVec3) -> Option<DualFrame> {
     let n = plane.normal;
     let s = if let Some(axis) = (0..3).find(|&axis| n[axis] == 0.0) {
         DVec3::AXES[axis]
@@ -189,10 +193,8 @@ fn rectangle(plane: &Plane, corners: &[DVec3], degree: [usize; 3], box_size: DVe
         // copied, not computed
         origin[axis] = bounds(corners).0[axis];
     }
-    (width > 0.0 && height > 0.0).then(|| Frame {
-        origin,
-        s: width * s,
-        t: height * t,
+    (width > 0.0 && height > 0.0).then(|| DualFrame {
+        frame: Frame { origin, s: width * s, t: height * t },
         dual: [s / width, t / height],
     })
 }
@@ -220,7 +222,7 @@ mod tests {
         assert!(frame.s.cross(frame.t).normalize().dot(normal) > 1.0 - 1e-12, "right-handed for {normal}");
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for &corner in &corners {
-            let st = frame.parameters(corner);
+            let st = framed.parameters(corner);
             assert!((frame.point(st) - corner).length() < 1e-15 * 8.0, "round trip for {normal}");
             low = low.min(st);
             high = high.max(st);

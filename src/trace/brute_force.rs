@@ -22,10 +22,8 @@ pub fn closest_hit_by_subdivision(scene: &TracedScene, ray: &Ray, border: f64) -
     let mut net = ProjectedNet::default();
     let mut closest = f64::INFINITY;
     for trimmed in scene.objects().iter().flat_map(|object| &object.patches) {
-        let points = trimmed.patch.control_points();
-        let magnitude = points.iter().map(|p| p.truncate().length()).fold(0.0, f64::max);
-        let weight = points.iter().map(|p| p.w).fold(0.0, f64::max);
-        net.project(&trimmed.patch, &across, across.rounding(magnitude, weight));
+        let extent = trimmed.patch.extent();
+        net.project(&trimmed.patch, &across, across.rounding(extent.magnitude, extent.greatest_weight));
         if !net.misses() {
             let mut stack = Subdivision { ray, trimmed, margin: net.rounding, border, closest };
             stack.search(&net.points, DVec2::ZERO, DVec2::ONE);

@@ -87,8 +87,10 @@ pub(crate) struct Leaf {
     /// The middle of the rectangle in the patch's unit square and half its sides.
     pub(crate) middle: [f64; 2],
     pub(crate) half: [f64; 2],
-    /// Index of the patch in the scene's list.
+    /// Index of the patch in its object.
     pub(crate) patch: u32,
+    /// Index of its object in the scene.
+    pub(crate) object: u32,
     pub(crate) cover: Cover,
 }
 
@@ -117,7 +119,7 @@ pub(crate) struct Leaves {
 
 /// A patch being split into leaves.
 struct Splitter<'a> {
-    patch: u32,
+    indices: [u32; 2],
     trimmed: &'a TrimmedPatch,
     space: &'a LocalSpace,
     /// Bound on the error of the surface and its border, in local units.
@@ -135,9 +137,9 @@ struct Candidate {
 }
 
 impl Leaves {
-    /// Splits a patch into leaves. `error` bounds the rounding of the surface and of its border in the world.
-    pub(crate) fn add(&mut self, patch: u32, trimmed: &TrimmedPatch, error: f64, space: &LocalSpace) {
-        let mut splitter = Splitter { patch, trimmed, space, error: space.length(error), into: self };
+    /// Splits a patch into leaves; `indices` are those of its object and of itself. `error` bounds the rounding of the surface and of its border in the world.
+    pub(crate) fn add(&mut self, indices: [u32; 2], trimmed: &TrimmedPatch, error: f64, space: &LocalSpace) {
+        let mut splitter = Splitter { indices, trimmed, space, error: space.length(error), into: self };
         let all =
             (0..).zip(trimmed.trim.loops()).map(|(i, l)| (i, trimmed.trim.corners(l).to_vec())).collect();
         if let Some(candidate) = splitter.candidate(all) {
@@ -213,7 +215,8 @@ impl Splitter<'_> {
             border: up(border),
             middle: middle.to_array(),
             half: half.to_array(),
-            patch: self.patch,
+            object: self.indices[0],
+            patch: self.indices[1],
             cover,
         });
         self.into.boxes.push(world);

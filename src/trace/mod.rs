@@ -3,6 +3,7 @@
 mod brute_force;
 mod bvh;
 mod clipping;
+mod collapse;
 #[cfg(test)]
 mod hard_cases;
 mod interaction;
@@ -17,7 +18,9 @@ mod ray;
 mod scene;
 mod search;
 mod shape;
+mod slabs;
 mod statistics;
+mod target;
 
 pub use brute_force::closest_hit_by_subdivision;
 pub use interaction::{Geometry, SurfaceInteraction};

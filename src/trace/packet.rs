@@ -11,13 +11,15 @@ use crate::math::lanes::{LANES, Real, Truth, Vector};
 use crate::patch::OrderWork;
 
 use super::Ray;
-use super::bvh::{PacketSlabs, SpreadSlabs};
+use super::leaf::Leaf;
 use super::leaf_test::{
     Approach, LocalRays, Roots, Seed, Sides, WorldRays, approach, newton, sides, trimmed_away,
 };
 use super::local::LocalSpace;
 use super::query;
-use super::scene::{LeafRoot, PatchHit, Scratch, Solver, Target, TracedScene};
+use super::scene::{PatchHit, Scratch, Solver, TracedScene};
+use super::slabs::{PacketSlabs, SpreadSlabs};
+use super::target::{LeafRoot, Target};
 
 /// Halves of a packet: as many lanes as there are vector registers to spare, twice.
 const HALVES: usize = 2;
@@ -189,16 +191,16 @@ impl<S: Simd> Packet<S> {
             }
             let steps = &mut solver.statistics.newton_steps;
             let roots = target.trimmed.patch.with_orders(Seek { simd, target, world, seed: &seed, steps });
-            apart = apart | (seed.wanted & !roots.found);
+            apart |= seed.wanted & !roots.found;
             let t = roots.ray_t;
-            let number = t.all(f64::from(target.leaf.patch));
+            let number = t.all(number_of(target.leaf));
             let nearer = t.lt(best.t) | (t.le(best.t) & number.lt(best.patch));
             let hit = roots.inside & nearer & local.t_min.lt(t) & t.lt(local.t_limit);
             if !hit.any() {
                 continue;
             }
             let Sides { trim_loop, inside, unclear } = sides(target.leaf, target.cuts, [roots.s, roots.t]);
-            apart = apart | (hit & unclear);
+            apart |= hit & unclear;
             solver.statistics.trimmed += (hit & !inside & !unclear).count();
             let hit = hit & inside;
             changed = true;
@@ -235,7 +237,7 @@ impl<S: Simd> Packet<S> {
             let best = &mut self.halves[half].best;
             let ray = &rays[half * LANES + lane];
             query::clipped(target, ray, (solver, best.t[lane]), &mut |hit, t_max| {
-                let number = f64::from(target.leaf.patch);
+                let number = number_of(target.leaf);
                 if hit.t < t_max || (hit.t == t_max && number < best.patch[lane]) {
                     best.t[lane] = hit.t;
                     best.patch[lane] = number;
@@ -354,6 +356,11 @@ impl<S: Simd> Best<S> {
         self.patch = take(patch, self.patch);
         self.trim_loop = take(trim_loop, self.trim_loop);
     }
+}
+
+/// A patch's place in the scene's order: exact, for fewer than 2^21 objects.
+fn number_of(leaf: &Leaf) -> f64 {
+    f64::from(leaf.object) * 4_294_967_296.0 + f64::from(leaf.patch)
 }
 
 /// Forgets the hits of the lanes whose bits are set.

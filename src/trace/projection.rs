@@ -72,9 +72,9 @@ impl ProjectedNet {
         self.degree = patch.degree();
         self.rounding = rounding;
         self.points.clear();
-        self.points.extend(patch.control_points().iter().map(|&point| across.project(point)));
+        self.points.extend(patch.control_points().map(|point| across.project(point)));
         self.depths.clear();
-        self.depths.extend(patch.control_points().iter().map(|&point| across.depth(point)));
+        self.depths.extend(patch.control_points().map(|point| across.depth(point)));
     }
 
     /// Place along the ray, in world units.

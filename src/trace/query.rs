@@ -12,7 +12,8 @@ use crate::patch::{OrderWork, PatchPoint, PointLanes};
 use super::Ray;
 use super::leaf_test::{LocalRays, Roots, Seed, Sides, WorldRays, approach, newton, sides, trimmed_away};
 use super::local::LocalRay;
-use super::scene::{LeafRoot, PatchHit, Scratch, Solver, Target, TracedScene, clip_leaf};
+use super::scene::{PatchHit, Scratch, Solver, TracedScene};
+use super::target::{LeafRoot, Target, clip_leaf};
 
 /// The nearest hit.
 #[inline(always)]

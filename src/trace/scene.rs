@@ -5,23 +5,19 @@ use std::cell::RefCell;
 use fearless_simd::{Level, dispatch};
 use glam::{DVec2, DVec3};
 
-use crate::math::rounding::gamma;
-use crate::patch::{BezierPatch, PatchPoint, TrimLoop, TrimRegion, TrimmedPatch};
+use crate::patch::{PatchPoint, TrimmedPatch};
 
 use super::bvh::{Bvh, Stack};
 use super::interaction::{Geometry, SurfaceInteraction};
-use super::leaf::{Cover, Cut, Leaf, Leaves, TANGENT_TOLERANCE};
+use super::leaf::{Cover, Cut, Leaf, Leaves};
 use super::local::LocalSpace;
 use super::packet::{self, PACKET};
-use super::projection::{AcrossRay, ProjectedNet};
+use super::projection::ProjectedNet;
 use super::query;
 use super::ray::Ray;
-use super::search::{SearchScratch, find_roots};
+use super::search::SearchScratch;
 use super::statistics::{AccelerationStatistics, TraceStatistics};
-
-/// Rounded operations of evaluating a patch's point: two passes of at most 13 products and sums, the basis, the
-/// division by the weight.
-const EVAL_OPERATIONS: u32 = 64;
+use super::target::{Target, position_error, surface_error, tolerance};
 
 /// Gives texture coordinates: of a prepared polygon at a point of the undeformed object; NaN where there are none.
 pub trait UvLookup: Send + Sync + std::fmt::Debug {
@@ -71,22 +67,10 @@ pub struct PatchHit {
     pub on_border: bool,
 }
 
-/// What the solver needs to know of a patch besides its control points.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PatchReference {
-    object: u32,
-    patch: u32,
-    /// Greatest length of (w x, w y, w z).
-    magnitude: f64,
-    greatest_weight: f64,
-    least_weight: f64,
-}
-
 /// All objects of a scene in one acceleration structure.
 #[derive(Debug)]
 pub struct TracedScene {
     objects: Vec<TracedObject>,
-    references: Vec<PatchReference>,
     leaves: Vec<Leaf>,
     cuts: Vec<Cut>,
     bvh: Bvh,
@@ -105,8 +89,8 @@ pub(super) struct Scratch {
 /// Buffers and counts of the search for roots.
 #[derive(Debug, Default)]
 pub(super) struct Solver {
-    net: ProjectedNet,
-    search: SearchScratch,
+    pub(super) net: ProjectedNet,
+    pub(super) search: SearchScratch,
     pub(super) statistics: TraceStatistics,
 }
 
@@ -122,23 +106,17 @@ impl TracedScene {
         let all =
             hulls.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
         let space = LocalSpace::around(all);
-        let mut references = Vec::new();
         let mut leaves = Leaves::default();
         for (object, traced) in (0..).zip(&objects) {
             for (patch, trimmed) in (0..).zip(&traced.patches) {
-                let reference = PatchReference::of(object, patch, trimmed);
-                let number = u32::try_from(references.len()).expect("fewer than 2^32 patches fit in memory");
-                let error = reference.position_error() + trimmed.boundary_error;
-                leaves.add(number, trimmed, error, &space);
-                references.push(reference);
+                leaves.add([object, patch], trimmed, surface_error(trimmed), &space);
             }
         }
         let Leaves { mut leaves, mut cuts, boxes } = leaves;
         let bvh = Bvh::build(&boxes);
         leaves.shrink_to_fit();
         cuts.shrink_to_fit();
-        references.shrink_to_fit();
-        Self { objects, references, leaves, cuts, bvh, space, level: Level::new() }
+        Self { objects, leaves, cuts, bvh, space, level: Level::new() }
     }
 
     /// The objects.
@@ -148,7 +126,7 @@ impl TracedScene {
 
     /// What the acceleration structure is made of.
     pub fn acceleration(&self) -> AccelerationStatistics {
-        let bytes = size_of_val(&*self.leaves) + size_of_val(&*self.cuts) + size_of_val(&*self.references);
+        let bytes = size_of_val(&*self.leaves) + size_of_val(&*self.cuts);
         let leaves = self.leaves.len();
         let inside = self.leaves.iter().filter(|leaf| matches!(leaf.cover, Cover::Inside(_))).count();
         AccelerationStatistics {
@@ -248,26 +226,18 @@ impl TracedScene {
     #[inline(always)]
     pub(super) fn target(&self, leaf: usize) -> Target<'_> {
         let leaf = &self.leaves[leaf];
-        let reference = &self.references[leaf.patch as usize];
-        let trimmed = &self.objects[reference.object as usize].patches[reference.patch as usize];
+        let trimmed = &self.objects[leaf.object as usize].patches[leaf.patch as usize];
         let cuts = match leaf.cover {
             Cover::Inside(_) => &[],
             Cover::Crossed { start, end } => &self.cuts[start as usize..end as usize],
         };
-        Target { leaf, cuts, reference, trimmed, space: &self.space }
-    }
-
-    fn reference(&self, hit: &PatchHit) -> &PatchReference {
-        let first = self.references.partition_point(|r| (r.object, r.patch) < (hit.object, hit.patch));
-        &self.references[first]
+        Target { leaf, cuts, trimmed, space: &self.space }
     }
 
     /// How far off the parameters of a ray's hit may be, for rounding.
     pub fn st_error(&self, hit: &PatchHit, ray: &Ray) -> DVec2 {
-        let reference = self.reference(hit);
         let trimmed = &self.objects[hit.object as usize].patches[hit.patch as usize];
-        let target = Target { leaf: &self.leaves[0], cuts: &[], reference, trimmed, space: &self.space };
-        target.tolerance(hit.st, ray)
+        tolerance(trimmed, &self.space, hit.st, ray)
     }
 
     /// Everything shading needs of a hit.
@@ -285,180 +255,12 @@ impl TracedScene {
             uv: object.uvs.uv(hit.polygon, rest),
             rest,
             position: point.position,
-            position_error: self.position_error(hit),
+            position_error: position_error(&trimmed.patch),
             normal: normal(trimmed, hit.st, &point),
             dp_ds: point.dp_ds,
             dp_dt: point.dp_dt,
         }
     }
-
-    fn position_error(&self, hit: &PatchHit) -> f64 {
-        self.reference(hit).position_error()
-    }
-}
-
-/// A leaf with its patch.
-#[derive(Clone, Copy)]
-pub(super) struct Target<'a> {
-    pub(super) leaf: &'a Leaf,
-    pub(super) cuts: &'a [Cut],
-    pub(super) reference: &'a PatchReference,
-    pub(super) trimmed: &'a TrimmedPatch,
-    space: &'a LocalSpace,
-}
-
-/// A root in a leaf, before trimming.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LeafRoot {
-    pub(super) st: DVec2,
-    pub(super) t: f64,
-    /// Whether the ray is tangent there, within rounding.
-    pub(super) tangent: bool,
-}
-
-impl Target<'_> {
-    /// The hit of a root that is inside a loop.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "an index, kept as a number of a lane"
-    )]
-    #[inline(always)]
-    pub(super) fn hit(&self, root: &LeafRoot, trim_loop: f64) -> PatchHit {
-        let trim_loop = &self.trimmed.trim.loops()[trim_loop as usize];
-        self.hit_in_loop(root, trim_loop, false)
-    }
-
-    #[inline(always)]
-    fn hit_in_loop(&self, root: &LeafRoot, trim_loop: &TrimLoop, on_border: bool) -> PatchHit {
-        PatchHit {
-            t: root.t,
-            object: self.reference.object,
-            patch: self.reference.patch,
-            st: root.st,
-            face: trim_loop.face,
-            polygon: trim_loop.polygon,
-            tangent: root.tangent,
-            on_border,
-        }
-    }
-
-    /// The hit of a root near an edge of the trim, if it is inside or within rounding of it.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn hit_near_border(
-        &self,
-        ray: &Ray,
-        root: &LeafRoot,
-        statistics: &mut TraceStatistics,
-    ) -> Option<PatchHit> {
-        let tolerance = self.tolerance(root.st, ray);
-        let found = match self.leaf.cover {
-            Cover::Inside(trim_loop) => {
-                find_loop(&self.trimmed.trim, std::iter::once(trim_loop), root.st, tolerance)
-            }
-            Cover::Crossed { .. } => {
-                let loops =
-                    self.cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop).map(|cuts| cuts[0].trim_loop);
-                find_loop(&self.trimmed.trim, loops, root.st, tolerance)
-            }
-        };
-        let Some((trim_loop, on_border)) = found else {
-            statistics.trimmed += 1;
-            return None;
-        };
-        statistics.on_border += u64::from(on_border);
-        Some(self.hit_in_loop(root, trim_loop, on_border))
-    }
-
-    /// How far off a root's parameters may be, for the errors of the ray, the surface and its border.
-    ///
-    /// An error across the ray moves the root by that over the sine of the angle between ray and surface; no farther than
-    /// [`TANGENT_TOLERANCE`], however, along the surface.
-    fn tolerance(&self, st: DVec2, ray: &Ray) -> DVec2 {
-        let point = self.trimmed.patch.eval(st);
-        let normal = point.dp_ds.cross(point.dp_dt);
-        let way = ray.direction.normalize();
-        let across = DVec2::new(point.dp_dt.cross(way).length(), point.dp_ds.cross(way).length());
-        let along = DVec2::new(point.dp_dt.length(), point.dp_ds.length());
-        let error = self.reference.position_error()
-            + self.trimmed.boundary_error
-            + 4.0 * f64::EPSILON * (ray.origin.abs().element_sum() + self.reference.magnitude);
-        let most = along * (TANGENT_TOLERANCE / self.space.length(1.0)) / normal.length();
-        let sensitive = across * (error / normal.dot(way).abs());
-        // a patch without normal, and a tangent ray, give NaN or infinity
-        let least = |a: f64, b: f64| if a < b { a } else { b };
-        let bound = DVec2::new(least(sensitive.x, most.x), least(sensitive.y, most.y));
-        let finite = |x: f64| if x < 1.0 { x } else { f64::EPSILON.sqrt() };
-        DVec2::new(finite(bound.x), finite(bound.y)) + 4.0 * f64::EPSILON
-    }
-}
-
-/// All roots of a leaf by Bézier clipping, with a last Newton step on the patch.
-pub(super) fn clip_leaf(target: &Target<'_>, ray: &Ray, solver: &mut Solver) -> Vec<LeafRoot> {
-    let Target { leaf, reference, trimmed, .. } = target;
-    let Solver { net, search, statistics } = solver;
-    statistics.fallbacks += 1;
-    search.roots.clear();
-    let across = AcrossRay::new(ray);
-    net.project(&trimmed.patch, &across, across.rounding(reference.magnitude, reference.greatest_weight));
-    if net.misses() {
-        return Vec::new();
-    }
-    find_roots(net, leaf.rectangle(), search, statistics);
-    let roots = search.roots.iter().map(|root| {
-        let st = if root.degenerate { root.st } else { polished(&trimmed.patch, ray, root.st) };
-        let position = trimmed.patch.eval(st).position;
-        let t = (position - ray.origin).dot(ray.direction) / ray.direction.length_squared();
-        LeafRoot { st, t, tangent: root.degenerate }
-    });
-    roots.collect()
-}
-
-/// A root after one Newton step on the exact patch, if that brings it nearer to the ray.
-fn polished(patch: &BezierPatch, ray: &Ray, st: DVec2) -> DVec2 {
-    let across = |st: DVec2| {
-        let point = patch.eval(st);
-        (point, ray.direction.cross(point.position - ray.origin))
-    };
-    let (point, off) = across(st);
-    let inverse = 1.0 / point.dp_ds.cross(point.dp_dt).dot(ray.direction);
-    let next = st + DVec2::new(-point.dp_dt.dot(off), point.dp_ds.dot(off)) * inverse;
-    if across(next).1.length_squared() < off.length_squared() { next } else { st }
-}
-
-impl PatchReference {
-    fn of(object: u32, patch: u32, trimmed: &TrimmedPatch) -> Self {
-        let points = trimmed.patch.control_points();
-        let weights = points.iter().map(|point| point.w);
-        Self {
-            object,
-            patch,
-            magnitude: points.iter().map(|point| point.truncate().length()).fold(0.0, f64::max),
-            greatest_weight: weights.clone().fold(0.0, f64::max),
-            least_weight: weights.fold(f64::INFINITY, f64::min),
-        }
-    }
-
-    /// Bound on the rounding of each coordinate of an evaluated point.
-    fn position_error(&self) -> f64 {
-        gamma(EVAL_OPERATIONS) * self.magnitude / self.least_weight
-            * (self.greatest_weight / self.least_weight)
-    }
-}
-
-/// The first of some loops that holds a point, else the first within the tolerance; and whether it took that.
-fn find_loop(
-    trim: &TrimRegion,
-    loops: impl Iterator<Item = u32> + Clone,
-    st: DVec2,
-    tolerance: DVec2,
-) -> Option<(&TrimLoop, bool)> {
-    let find = |tolerance| {
-        let mut candidates = loops.clone().map(|index| &trim.loops()[index as usize]);
-        candidates.find(|trim_loop| trim.holds(trim_loop, st, tolerance))
-    };
-    find(DVec2::ZERO).map(|found| (found, false)).or_else(|| find(tolerance).map(|found| (found, true)))
 }
 
 /// Unit normal on the side of the face's winding; where the partials are parallel, that of a point close by.

@@ -72,7 +72,7 @@ impl Shape {
         }
         let sub = patch.subpatch(middle - DOMAIN * half, middle + DOMAIN * half);
         let points = sub.control_points();
-        let points = points.iter().map(|point| to_leaf * (space.point(point.truncate()) - centre)).collect();
+        let points = points.map(|point| to_leaf * (space.point(point.truncate()) - centre)).collect();
         let mut net = Net { degree: patch.degree(), points };
         net.raise_to_quadratic();
         net.subtract(|[u, _, _], [v, _, _]| DVec3::new(u, v, 0.0));

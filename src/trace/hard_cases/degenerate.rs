@@ -8,8 +8,8 @@ use crate::trace::Geometry;
 fn pole(noise: &mut Noise) -> BezierPatch {
     let patch = random_patch(noise, [3, 2], 0.3, 1.0);
     let apex = noise.vector().extend(1.0);
-    let points = patch.control_points().iter().enumerate();
-    let points = points.map(|(index, &point)| if index % 3 == 0 { apex } else { point }).collect();
+    let points = patch.control_points().enumerate();
+    let points = points.map(|(index, point)| if index % 3 == 0 { apex } else { point }).collect();
     BezierPatch::new([3, 2], points)
 }
 
@@ -144,7 +144,7 @@ fn rays_in_a_flat_patch_of_high_degree_end() {
     let mut noise = Noise(305);
     for degree in [[1, 1], [2, 3], [4, 4], [8, 8]] {
         let bent = random_patch(&mut noise, degree, 0.1, 1.0);
-        let points = bent.control_points().iter().map(|point| point.with_z(0.0)).collect();
+        let points = bent.control_points().map(|point| point.with_z(0.0)).collect();
         let scene = scene_of(vec![whole(BezierPatch::new(degree, points))]);
         TracedScene::take_statistics();
         for _ in 0..100 {

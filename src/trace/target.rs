@@ -1,0 +1,172 @@
+//! A ray at a leaf: roots by clipping, their tolerance, and the trim.
+
+use glam::DVec2;
+
+use crate::math::rounding::gamma;
+use crate::patch::{BezierPatch, Extent, TrimLoop, TrimRegion, TrimmedPatch};
+
+use super::Ray;
+use super::leaf::{Cover, Cut, Leaf, TANGENT_TOLERANCE};
+use super::local::LocalSpace;
+use super::projection::AcrossRay;
+use super::scene::{PatchHit, Solver};
+use super::search::find_roots;
+use super::statistics::TraceStatistics;
+
+/// Rounded operations of evaluating a patch's point: two passes of at most 13 products and sums, the basis, the
+/// division by the weight.
+const EVAL_OPERATIONS: u32 = 64;
+
+/// A leaf with its patch.
+#[derive(Clone, Copy)]
+pub(super) struct Target<'a> {
+    pub(super) leaf: &'a Leaf,
+    pub(super) cuts: &'a [Cut],
+    pub(super) trimmed: &'a TrimmedPatch,
+    pub(super) space: &'a LocalSpace,
+}
+
+/// A root in a leaf, before trimming.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LeafRoot {
+    pub(super) st: DVec2,
+    pub(super) t: f64,
+    /// Whether the ray is tangent there, within rounding.
+    pub(super) tangent: bool,
+}
+
+impl Target<'_> {
+    /// The hit of a root that is inside a loop.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "an index, kept as a number of a lane"
+    )]
+    #[inline(always)]
+    pub(super) fn hit(&self, root: &LeafRoot, trim_loop: f64) -> PatchHit {
+        let trim_loop = &self.trimmed.trim.loops()[trim_loop as usize];
+        self.hit_in_loop(root, trim_loop, false)
+    }
+
+    #[inline(always)]
+    fn hit_in_loop(&self, root: &LeafRoot, trim_loop: &TrimLoop, on_border: bool) -> PatchHit {
+        PatchHit {
+            t: root.t,
+            object: self.leaf.object,
+            patch: self.leaf.patch,
+            st: root.st,
+            face: trim_loop.face,
+            polygon: trim_loop.polygon,
+            tangent: root.tangent,
+            on_border,
+        }
+    }
+
+    /// The hit of a root near an edge of the trim, if it is inside or within rounding of it.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn hit_near_border(
+        &self,
+        ray: &Ray,
+        root: &LeafRoot,
+        statistics: &mut TraceStatistics,
+    ) -> Option<PatchHit> {
+        let tolerance = tolerance(self.trimmed, self.space, root.st, ray);
+        let found = match self.leaf.cover {
+            Cover::Inside(trim_loop) => {
+                find_loop(&self.trimmed.trim, std::iter::once(trim_loop), root.st, tolerance)
+            }
+            Cover::Crossed { .. } => {
+                let loops =
+                    self.cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop).map(|cuts| cuts[0].trim_loop);
+                find_loop(&self.trimmed.trim, loops, root.st, tolerance)
+            }
+        };
+        let Some((trim_loop, on_border)) = found else {
+            statistics.trimmed += 1;
+            return None;
+        };
+        statistics.on_border += u64::from(on_border);
+        Some(self.hit_in_loop(root, trim_loop, on_border))
+    }
+}
+
+/// All roots of a leaf by Bézier clipping, with a last Newton step on the patch.
+pub(super) fn clip_leaf(target: &Target<'_>, ray: &Ray, solver: &mut Solver) -> Vec<LeafRoot> {
+    let Target { leaf, trimmed, .. } = target;
+    let Solver { net, search, statistics } = solver;
+    statistics.fallbacks += 1;
+    search.roots.clear();
+    let across = AcrossRay::new(ray);
+    let extent = trimmed.patch.extent();
+    net.project(&trimmed.patch, &across, across.rounding(extent.magnitude, extent.greatest_weight));
+    if net.misses() {
+        return Vec::new();
+    }
+    find_roots(net, leaf.rectangle(), search, statistics);
+    let roots = search.roots.iter().map(|root| {
+        let st = if root.degenerate { root.st } else { polished(&trimmed.patch, ray, root.st) };
+        let position = trimmed.patch.eval(st).position;
+        let t = (position - ray.origin).dot(ray.direction) / ray.direction.length_squared();
+        LeafRoot { st, t, tangent: root.degenerate }
+    });
+    roots.collect()
+}
+
+/// A root after one Newton step on the exact patch, if that brings it nearer to the ray.
+fn polished(patch: &BezierPatch, ray: &Ray, st: DVec2) -> DVec2 {
+    let across = |st: DVec2| {
+        let point = patch.eval(st);
+        (point, ray.direction.cross(point.position - ray.origin))
+    };
+    let (point, off) = across(st);
+    let inverse = 1.0 / point.dp_ds.cross(point.dp_dt).dot(ray.direction);
+    let next = st + DVec2::new(-point.dp_dt.dot(off), point.dp_ds.dot(off)) * inverse;
+    if across(next).1.length_squared() < off.length_squared() { next } else { st }
+}
+
+/// Bound on the rounding of each coordinate of a patch's evaluated point.
+pub(super) fn position_error(patch: &BezierPatch) -> f64 {
+    let Extent { magnitude, greatest_weight, least_weight } = patch.extent();
+    gamma(EVAL_OPERATIONS) * magnitude / least_weight * (greatest_weight / least_weight)
+}
+
+/// The same with the error of the trim's border.
+pub(super) fn surface_error(trimmed: &TrimmedPatch) -> f64 {
+    position_error(&trimmed.patch) + trimmed.boundary_error
+}
+
+/// How far off a root's parameters may be, for the errors of the ray, the surface and its border.
+///
+/// An error across the ray moves the root by that over the sine of the angle between ray and surface; no farther than
+/// [`TANGENT_TOLERANCE`], however, along the surface.
+pub(super) fn tolerance(trimmed: &TrimmedPatch, space: &LocalSpace, st: DVec2, ray: &Ray) -> DVec2 {
+    let point = trimmed.patch.eval(st);
+    let normal = point.dp_ds.cross(point.dp_dt);
+    let way = ray.direction.normalize();
+    let across = DVec2::new(point.dp_dt.cross(way).length(), point.dp_ds.cross(way).length());
+    let along = DVec2::new(point.dp_dt.length(), point.dp_ds.length());
+    let error = surface_error(trimmed)
+        + 4.0 * f64::EPSILON * (ray.origin.abs().element_sum() + trimmed.patch.extent().magnitude);
+    let most = along * (TANGENT_TOLERANCE / space.length(1.0)) / normal.length();
+    let sensitive = across * (error / normal.dot(way).abs());
+    // a patch without normal, and a tangent ray, give NaN or infinity
+    let least = |a: f64, b: f64| if a < b { a } else { b };
+    let bound = DVec2::new(least(sensitive.x, most.x), least(sensitive.y, most.y));
+    let finite = |x: f64| if x < 1.0 { x } else { f64::EPSILON.sqrt() };
+    DVec2::new(finite(bound.x), finite(bound.y)) + 4.0 * f64::EPSILON
+}
+
+/// The first of some loops that holds a point, else the first within the tolerance; and whether it took that.
+fn find_loop(
+    trim: &TrimRegion,
+    loops: impl Iterator<Item = u32> + Clone,
+    st: DVec2,
+    tolerance: DVec2,
+) -> Option<(&TrimLoop, bool)> {
+    let find = |tolerance| {
+        let mut candidates = loops.clone().map(|index| &trim.loops()[index as usize]);
+        candidates.find(|trim_loop| trim.holds(trim_loop, st, tolerance))
+    };
+    find(DVec2::ZERO).map(|found| (found, false)).or_else(|| find(tolerance).map(|found| (found, true)))
+}
