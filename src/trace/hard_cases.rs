@@ -32,9 +32,10 @@ const CUBE: [f64; 4] = [-1.0, 1.0, -1.0, 1.0];
 fn whole(patch: BezierPatch) -> TrimmedPatch {
     let square = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
     let halves = [[square[0], square[1], square[2]], [square[0], square[2], square[3]]];
-    let trimmed = deform(&halves, None, FrameChoice::Parallelogram).remove(0);
+    let mut trimmed = deform(&halves, None, FrameChoice::Parallelogram).remove(0);
     assert_eq!(trimmed.frame.point(DVec2::new(0.25, 0.75)), DVec3::new(0.25, 0.75, 0.0));
-    TrimmedPatch { patch, ..trimmed }
+    trimmed.patch = patch;
+    trimmed
 }
 
 /// The scene of one patch without weights; the place of control point (i, j) is given.
