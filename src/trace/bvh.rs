@@ -433,8 +433,7 @@ impl<S: Simd> PacketSlabs<S> {
     /// Of rays side by side; `None` if their directions are not all in one octant.
     #[inline(always)]
     pub(crate) fn new(simd: S, [a, b]: [&LocalRays<f64x8<S>>; 2]) -> Option<Self> {
-        let per_t =
-            [Real::sqrt(a.direction.dot(a.direction)), Real::sqrt(b.direction.dot(b.direction))];
+        let per_t = [Real::sqrt(a.direction.dot(a.direction)), Real::sqrt(b.direction.dot(b.direction))];
         let slack = [a.rounding, b.rounding];
         let x = PacketAxis::new([a.origin.x, b.origin.x], [a.direction.x, b.direction.x], slack, per_t)?;
         let y = PacketAxis::new([a.origin.y, b.origin.y], [a.direction.y, b.direction.y], slack, per_t)?;
