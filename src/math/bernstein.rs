@@ -2,7 +2,7 @@
 //!
 //! Source of the algorithms: Farin, *Curves and Surfaces for CAGD*, the chapters on Bézier curves.
 
-use glam::{DVec2, DVec4};
+use std::ops::{Add, Mul};
 
 use super::lanes::Real;
 
@@ -104,44 +104,6 @@ pub(crate) fn basis<const ORDER: usize, R: Real>(degree: usize, t: R) -> BasisVa
     BasisValues { value, derivative }
 }
 
-/// A coefficient of a polynomial.
-pub(crate) trait Blend: Copy {
-    /// The sum of two of them with weights.
-    fn blend(of: [Self; 2], weights: [f64; 2]) -> Self;
-}
-
-impl Blend for f64 {
-    #[inline]
-    fn blend([a, b]: [Self; 2], weights: [f64; 2]) -> Self {
-        a * weights[0] + b * weights[1]
-    }
-}
-
-impl Blend for DVec2 {
-    #[inline]
-    fn blend([a, b]: [Self; 2], weights: [f64; 2]) -> Self {
-        a * weights[0] + b * weights[1]
-    }
-}
-
-impl Blend for DVec4 {
-    #[inline]
-    fn blend([a, b]: [Self; 2], weights: [f64; 2]) -> Self {
-        a * weights[0] + b * weights[1]
-    }
-}
-
-impl<const K: usize> Blend for [f64; K] {
-    #[inline]
-    fn blend([a, b]: [Self; 2], weights: [f64; 2]) -> Self {
-        let mut sum = [0.0; K];
-        for k in 0..K {
-            sum[k] = a[k] * weights[0] + b[k] * weights[1];
-        }
-        sum
-    }
-}
-
 /// Splits the polynomial with the given coefficients at `t` by de Casteljau's algorithm.
 ///
 /// `coefficients` becomes the part over `[0, t]`, `right` the part over `[t, 1]`; a stride lets both
@@ -151,14 +113,13 @@ impl<const K: usize> Blend for [f64; K] {
 /// If a slice ends before coefficient `degree`.
 pub(crate) fn split<V>(coefficients: &mut [V], right: &mut [V], stride: usize, degree: usize, t: f64)
 where
-    V: Blend,
+    V: Copy + Add<Output = V> + Mul<f64, Output = V>,
 {
     let u = 1.0 - t;
     right[degree * stride] = coefficients[degree * stride];
     for level in 1..=degree {
         for i in (level..=degree).rev() {
-            coefficients[i * stride] =
-                V::blend([coefficients[(i - 1) * stride], coefficients[i * stride]], [u, t]);
+            coefficients[i * stride] = coefficients[(i - 1) * stride] * u + coefficients[i * stride] * t;
         }
         right[(degree - level) * stride] = coefficients[degree * stride];
     }
@@ -169,13 +130,13 @@ where
 /// Also to parts that reach beyond `[0, 1]`, `to` being positive; rounding grows with the distance from there.
 pub(crate) fn restrict<V>(coefficients: &mut [V], stride: usize, degree: usize, from: f64, to: f64)
 where
-    V: Blend,
+    V: Copy + Add<Output = V> + Mul<f64, Output = V>,
 {
     if to != 1.0 {
         for level in 1..=degree {
             for i in (level..=degree).rev() {
                 coefficients[i * stride] =
-                    V::blend([coefficients[(i - 1) * stride], coefficients[i * stride]], [1.0 - to, to]);
+                    coefficients[(i - 1) * stride] * (1.0 - to) + coefficients[i * stride] * to;
             }
         }
     }
@@ -184,7 +145,33 @@ where
         for level in 1..=degree {
             for i in 0..=degree - level {
                 coefficients[i * stride] =
-                    V::blend([coefficients[i * stride], coefficients[(i + 1) * stride]], [1.0 - t, t]);
+                    coefficients[i * stride] * (1.0 - t) + coefficients[(i + 1) * stride] * t;
+            }
+        }
+    }
+}
+
+/// As [`restrict`], of several polynomials: coefficient i of them all is the row `i * width..(i + 1) * width`.
+#[inline(always)]
+pub(crate) fn restrict_rows(rows: &mut [f64], width: usize, degree: usize, from: f64, to: f64) {
+    if to != 1.0 {
+        for level in 1..=degree {
+            for i in (level..=degree).rev() {
+                let (before, row) = rows[(i - 1) * width..(i + 1) * width].split_at_mut(width);
+                for (x, before) in row.iter_mut().zip(before) {
+                    *x = *before * (1.0 - to) + *x * to;
+                }
+            }
+        }
+    }
+    if from != 0.0 {
+        let t = from / to;
+        for level in 1..=degree {
+            for i in 0..=degree - level {
+                let (row, after) = rows[i * width..(i + 2) * width].split_at_mut(width);
+                for (x, after) in row.iter_mut().zip(after) {
+                    *x = *x * (1.0 - t) + *after * t;
+                }
             }
         }
     }
@@ -232,5 +219,9 @@ mod tests {
             assert!((eval(&right, t) - eval(&whole, 0.3 + 0.7 * t)).abs() < 1e-14);
             assert!((eval(&part, t) - eval(&whole, 0.2 + 0.5 * t)).abs() < 1e-14);
         }
+        let mut rows: Vec<_> = whole.iter().flat_map(|&x| [x, -2.0 * x]).collect();
+        restrict_rows(&mut rows, 2, 4, 0.2, 0.7);
+        let want: Vec<_> = part.iter().flat_map(|&x| [x, -2.0 * x]).collect();
+        assert_eq!(rows, want);
     }
 }

@@ -7,12 +7,12 @@ use crate::math::bernstein::{self, MAX_DEGREE, MAX_ORDER, basis};
 /// A (rational) tensor-product Bézier patch of degree m × n over the unit square.
 ///
 /// R(s, t) = Σ `P_ij` B(i, m)(s) B(j, n)(t), with `P_ij` = (w x, w y, w z, w) and a division by the weight at the end.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct BezierPatch {
     /// Control points, j (along t) fastest, of [`Self::stride`] numbers each: weights are kept only if one is not 1.
     ///
-    /// Then follow the extent's numbers: magnitude and, if weights are kept, greatest and least weight. So four numbers can
-    /// be read from the start of every control point.
+    /// Then follow the extent's numbers: magnitude, NaN if it has not been found, and, if weights are kept, greatest and
+    /// least weight. So four numbers can be read from the start of every control point.
     numbers: Box<[f64]>,
     degree: [u8; 2],
     rational: bool,
@@ -77,26 +77,38 @@ impl BezierPatch {
         numbers.resize(want * STRIDE + extent_numbers(rational), 0.0);
         let degree = degree.map(|degree| u8::try_from(degree).expect("a degree is at most 12"));
         let mut patch = Self { numbers: numbers.into_boxed_slice(), degree, rational };
-        patch.measure();
+        let Extent { magnitude, greatest_weight, least_weight } = patch.measured();
+        let extent = [magnitude, greatest_weight, least_weight];
+        patch.numbers[want * STRIDE..].copy_from_slice(&extent[..extent_numbers(rational)]);
         patch
     }
 
-    /// Sets the extent's numbers.
-    fn measure(&mut self) {
-        let greatest = |squares: &mut dyn Iterator<Item = f64>| squares.fold(0.0, f64::max).sqrt();
-        let square = |[x, y, z]: [f64; 3]| DVec3::new(x, y, z).length_squared();
-        let count = self.count();
+    fn measured(&self) -> Extent {
         if self.rational {
-            let (points, extent) = self.numbers.split_at_mut(count * RATIONAL);
-            let points = points.as_chunks::<RATIONAL>().0;
-            extent[0] = greatest(&mut points.iter().map(|&[x, y, z, _]| square([x, y, z])));
+            let points = self.points::<RATIONAL>();
             let weights = points.iter().map(|point| point[3]);
-            extent[1] = weights.clone().fold(0.0, f64::max);
-            extent[2] = weights.fold(f64::INFINITY, f64::min);
+            Extent {
+                magnitude: greatest_length(points),
+                greatest_weight: weights.clone().fold(0.0, f64::max),
+                least_weight: weights.fold(f64::INFINITY, f64::min),
+            }
         } else {
-            let (points, extent) = self.numbers.split_at_mut(count * POLYNOMIAL);
-            extent[0] = greatest(&mut points.as_chunks::<POLYNOMIAL>().0.iter().map(|&point| square(point)));
+            let magnitude = greatest_length(self.points::<POLYNOMIAL>());
+            Extent { magnitude, greatest_weight: 1.0, least_weight: 1.0 }
         }
+    }
+
+    /// The control points' numbers, as many of each as [`Self::stride`] says.
+    #[inline]
+    fn points<const STRIDE: usize>(&self) -> &[[f64; STRIDE]] {
+        self.numbers[..self.count() * STRIDE].as_chunks().0
+    }
+
+    /// Control points of a patch that is not rational.
+    #[inline]
+    pub(crate) fn positions(&self) -> impl ExactSizeIterator<Item = DVec3> {
+        debug_assert!(!self.rational, "weights are needed");
+        self.points::<POLYNOMIAL>().iter().map(|&point| DVec3::from_array(point))
     }
 
     /// Degrees m and n along s and t.
@@ -134,10 +146,10 @@ impl BezierPatch {
 
     /// How large the control points are.
     pub(crate) fn extent(&self) -> Extent {
-        let extent = &self.numbers[self.count() * self.stride()..];
-        match *extent {
+        match self.numbers[self.count() * self.stride()..] {
+            [magnitude, ..] if magnitude.is_nan() => self.measured(),
             [magnitude, greatest_weight, least_weight] => Extent { magnitude, greatest_weight, least_weight },
-            _ => Extent { magnitude: extent[0], greatest_weight: 1.0, least_weight: 1.0 },
+            ref extent => Extent { magnitude: extent[0], greatest_weight: 1.0, least_weight: 1.0 },
         }
     }
 
@@ -181,7 +193,7 @@ impl BezierPatch {
         let [m, n] = self.degree();
         let along_s = basis::<MAX_ORDER, f64>(m, st.x);
         let along_t = basis::<MAX_ORDER, f64>(n, st.y);
-        let (points, _) = self.numbers[..self.count() * STRIDE].as_chunks::<STRIDE>();
+        let points = self.points::<STRIDE>();
         let zero = [0.0; STRIDE];
         let mut sums = [zero; 3];
         for (i, row) in points.chunks_exact(n + 1).enumerate() {
@@ -205,34 +217,57 @@ impl BezierPatch {
     ///
     /// Only if all weights are positive.
     pub fn hull_bounds(&self) -> [DVec3; 2] {
-        self.control_points().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], point| {
-            let position = point.truncate() / point.w;
-            [low.min(position), high.max(position)]
-        })
+        let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let add = |[low, high]: [DVec3; 2], position| [low.min(position), high.max(position)];
+        if self.rational {
+            self.control_points().map(|point| point.truncate() / point.w).fold(empty, add)
+        } else {
+            self.positions().fold(empty, add)
+        }
     }
 
     /// The part over `[low, high]`, as a patch over the unit square; by de Casteljau's algorithm.
     pub fn subpatch(&self, low: DVec2, high: DVec2) -> Self {
         let mut part = self.clone();
+        part.numbers[self.count() * self.stride()] = f64::NAN;
         if self.rational {
             part.restrict::<RATIONAL>(low, high);
         } else {
             part.restrict::<POLYNOMIAL>(low, high);
         }
-        part.measure();
         part
     }
 
     fn restrict<const STRIDE: usize>(&mut self, low: DVec2, high: DVec2) {
         let [m, n] = self.degree();
-        let points = self.count() * STRIDE;
-        let (points, _) = self.numbers[..points].as_chunks_mut::<STRIDE>();
-        for i in 0..=m {
-            bernstein::restrict(&mut points[i * (n + 1)..], 1, n, low.y, high.y);
+        let width = (n + 1) * STRIDE;
+        let points = &mut self.numbers[..(m + 1) * width];
+        for row in points.chunks_exact_mut(width) {
+            bernstein::restrict_rows(row, STRIDE, n, low.y, high.y);
         }
-        for j in 0..=n {
-            bernstein::restrict(&mut points[j..], n + 1, m, low.x, high.x);
+        bernstein::restrict_rows(points, width, m, low.x, high.x);
+    }
+}
+
+/// Of the points' first three coordinates.
+fn greatest_length<const STRIDE: usize>(points: &[[f64; STRIDE]]) -> f64 {
+    // several side by side, for none waits for another
+    let mut squares = [0.0; 4];
+    for some in points.chunks(squares.len()) {
+        for (greatest, point) in squares.iter_mut().zip(some) {
+            let square = point[0] * point[0] + point[1] * point[1] + point[2] * point[2];
+            *greatest = if square > *greatest { square } else { *greatest };
         }
+    }
+    squares.into_iter().fold(0.0, f64::max).sqrt()
+}
+
+impl PartialEq for BezierPatch {
+    fn eq(&self, other: &Self) -> bool {
+        let points = |patch: &Self| patch.count() * patch.stride();
+        self.degree == other.degree
+            && self.rational == other.rational
+            && self.numbers[..points(self)] == other.numbers[..points(other)]
     }
 }
 

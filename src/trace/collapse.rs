@@ -24,7 +24,7 @@ pub(crate) struct Collapse<'a, const WIDTH: usize> {
     tree: &'a [BinaryNode],
     /// For each node, at place n - 1: how many of n places in a wide node its first child takes, the second the rest; 0 if
     /// it needs fewer than n. At place 0 nothing is of meaning: the node itself takes the place.
-    first_places: Vec<[u8; WIDTH]>,
+    first_places: Vec<[u32; WIDTH]>,
 }
 
 impl<'a, const WIDTH: usize> Collapse<'a, WIDTH> {
@@ -35,26 +35,15 @@ impl<'a, const WIDTH: usize> Collapse<'a, WIDTH> {
         let mut costs = vec![[0.0_f32; WIDTH]; tree.len()];
         for node in parents_first(tree).into_iter().rev() {
             let Some([a, b]) = tree[node].children() else { continue };
-            let (a, b) = (costs[a], costs[b]);
-            let first_places = &mut collapse.first_places[node];
-            let mut cost = [f32::INFINITY; WIDTH];
-            for places in 2..=WIDTH {
-                for first in 1..places {
-                    let sum = a[first - 1] + b[places - first - 1];
-                    if sum < cost[places - 1] {
-                        cost[places - 1] = sum;
-                        first_places[places - 1] = u8::try_from(first).unwrap_or(u8::MAX);
-                    }
-                }
-            }
+            let (mut cost, mut firsts) = least_costs(&costs[a], &costs[b]);
             cost[0] = tree[node].half_area + cost[WIDTH - 1];
             for places in 2..WIDTH {
                 if cost[places - 2] <= cost[places - 1] {
                     cost[places - 1] = cost[places - 2];
-                    first_places[places - 1] = 0;
+                    firsts[places - 1] = 0;
                 }
             }
-            costs[node] = cost;
+            (costs[node], collapse.first_places[node]) = (cost, firsts);
         }
         collapse
     }
@@ -71,7 +60,7 @@ impl<'a, const WIDTH: usize> Collapse<'a, WIDTH> {
             into.push(node);
             return;
         };
-        match usize::from(self.first_places[node][places - 1]) {
+        match self.first_places[node][places - 1] as usize {
             0 => self.gather(node, places - 1, into),
             first => {
                 self.gather(a, first, into);
@@ -79,6 +68,25 @@ impl<'a, const WIDTH: usize> Collapse<'a, WIDTH> {
             }
         }
     }
+}
+
+/// The least sums of two children's costs for each number of places, and how many of these the first child takes then.
+fn least_costs<const WIDTH: usize>(
+    first: &[f32; WIDTH],
+    second: &[f32; WIDTH],
+) -> ([f32; WIDTH], [u32; WIDTH]) {
+    let (mut least, mut firsts) = ([f32::INFINITY; WIDTH], [0; WIDTH]);
+    for (taken, &cost) in (1..).zip(&first[..WIDTH - 1]) {
+        // branches that depend on the costs would be hard to predict
+        let rest = &second[..WIDTH - taken as usize];
+        let into = least[taken as usize..].iter_mut().zip(&mut firsts[taken as usize..]);
+        for ((least, firsts), &rest) in into.zip(rest) {
+            let sum = cost + rest;
+            *firsts = if sum < *least { taken } else { *firsts };
+            *least = if sum < *least { sum } else { *least };
+        }
+    }
+    (least, firsts)
 }
 
 /// The nodes below the root, it first, every node after its parent.

@@ -71,8 +71,8 @@ impl Shape {
             return Self::unproven(patch, [low, high], space);
         }
         let sub = patch.subpatch(middle - DOMAIN * half, middle + DOMAIN * half);
-        let points = sub.control_points();
-        let points = points.map(|point| to_leaf * (space.point(point.truncate()) - centre)).collect();
+        let points = sub.positions();
+        let points = points.map(|point| to_leaf * (space.point(point) - centre)).collect();
         let mut net = Net { degree: patch.degree(), points };
         net.raise_to_quadratic();
         net.subtract(|[u, _, _], [v, _, _]| DVec3::new(u, v, 0.0));
