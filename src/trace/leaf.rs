@@ -159,7 +159,7 @@ impl Splitter<'_> {
     fn split(&mut self, candidate: Candidate, halvings: u32) {
         let size = candidate.high - candidate.low;
         let splittable = halvings < MAX_HALVINGS && size.min_element() > 0.0;
-        if candidate.shape.steepest() > SLOPE && splittable && !self.trimmed.patch.is_rational() {
+        if candidate.shape.steepest() > SLOPE && splittable {
             let [by_s, by_t] = [0, 1].map(|axis| self.halves(&candidate, axis));
             // the sum, not the greatest: often one half keeps the slopes of the whole
             let cost = |halves: &[Candidate]| halves.iter().map(|c| c.shape.steepest()).sum::<f64>();

@@ -1,6 +1,6 @@
 //! Coordinates about the scene's centre, in which single precision serves scenes of every size and place.
 
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
 use crate::math::lanes::{Real, Vector};
 
@@ -27,6 +27,11 @@ impl LocalSpace {
     /// A point of the world.
     pub(crate) fn point(&self, world: DVec3) -> DVec3 {
         (world - self.centre) * self.scale
+    }
+
+    /// A homogeneous point (w x, w y, w z, w) of the world, less its weight.
+    pub(crate) fn homogeneous(&self, world: DVec4) -> DVec3 {
+        (world.truncate() - world.w * self.centre) * self.scale
     }
 
     /// A vector of the world.
