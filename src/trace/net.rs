@@ -1,5 +1,7 @@
 //! Control points of a part of a patch in leaf coordinates, and what they say of the functions f, g and h of a `Shape`.
 
+use std::sync::LazyLock;
+
 use glam::{DMat3, DVec3, DVec4};
 
 use crate::math::bernstein::{MAX_ORDER, binomial};
@@ -39,6 +41,32 @@ pub(super) struct Net {
     points: Vec<DVec3>,
 }
 
+/// For each degree and control point the Bernstein coefficients of u, u² and u³; 0 for powers above the degree.
+static POWERS: LazyLock<[[[f64; 3]; MAX_ORDER]; MAX_ORDER]> =
+    LazyLock::new(|| std::array::from_fn(|degree| std::array::from_fn(|i| powers(degree, i))));
+
+/// For each degree what [`middle_weights`] gives.
+pub(super) static MIDDLE_WEIGHTS: LazyLock<[[[f64; MAX_ORDER]; 4]; MAX_ORDER]> =
+    LazyLock::new(|| std::array::from_fn(middle_weights));
+
+fn powers(degree: usize, i: usize) -> [f64; 3] {
+    if i > degree {
+        return [0.0; 3];
+    }
+    // the polar forms at n - i arguments -D and i arguments D: products of their signs, averaged over all ordered pairs
+    // and triples
+    let n = degree as f64;
+    let sum = 2.0 * i as f64 - n;
+    let triples = if degree > 2 {
+        sum * (sum * sum - 3.0 * n + 2.0) / (n * (n - 1.0) * (n - 2.0))
+    } else {
+        0.0
+    };
+    let pairs = if degree > 1 { (sum * sum - n) / (n * (n - 1.0)) } else { 0.0 };
+    let single = if degree > 0 { sum / n } else { 0.0 };
+    [DOMAIN * single, DOMAIN * DOMAIN * pairs, DOMAIN * DOMAIN * DOMAIN * triples]
+}
+
 impl LeafMap<'_> {
     /// A point of the world.
     fn point(&self, world: DVec3) -> DVec3 {
@@ -74,23 +102,6 @@ impl Net {
         Series { forms, h_cubic, bounds: [whole, rest, self.bounds()] }
     }
 
-    /// Bernstein coefficients of u, u² and u³ along one parameter; 0 for powers above the degree.
-    fn powers(degree: usize) -> impl Fn(usize) -> [f64; 3] {
-        let n = degree as f64;
-        move |i| {
-            // the polar forms at n - i arguments -D and i arguments D: products of their signs, averaged over all
-            // ordered pairs and triples
-            let sum = 2.0 * i as f64 - n;
-            let triples = if degree > 2 {
-                sum * (sum * sum - 3.0 * n + 2.0) / (n * (n - 1.0) * (n - 2.0))
-            } else {
-                0.0
-            };
-            let pairs = (sum * sum - n) / (n * (n - 1.0));
-            [DOMAIN * (sum / n), DOMAIN * DOMAIN * pairs, DOMAIN * DOMAIN * DOMAIN * triples]
-        }
-    }
-
     /// Raises degrees of 1 to 2, so that squares are in the space.
     fn raise_to_quadratic(&mut self) {
         let [m, n] = self.degree;
@@ -110,11 +121,10 @@ impl Net {
     /// Subtracts a polynomial given by its coefficients for [u, u², u³] and [v, v², v³].
     fn subtract(&mut self, coefficient: impl Fn([f64; 3], [f64; 3]) -> DVec3) {
         let [m, n] = self.degree;
-        let (along_u, along_v) = (Self::powers(m), Self::powers(n));
-        for (i, row) in self.points.chunks_exact_mut(n + 1).enumerate() {
-            let u = along_u(i);
-            for (j, point) in row.iter_mut().enumerate() {
-                *point -= coefficient(u, along_v(j));
+        let (along_u, along_v) = (&POWERS[m], &POWERS[n]);
+        for (row, &u) in self.points.chunks_exact_mut(n + 1).zip(along_u) {
+            for (point, &v) in row.iter_mut().zip(along_v) {
+                *point -= coefficient(u, v);
             }
         }
     }
@@ -122,14 +132,14 @@ impl Net {
     /// The quadratic forms of the three components and the cubic one of the third, from the derivatives in the middle.
     fn forms(&self) -> ([[f32; 3]; 3], [f64; 4]) {
         let [m, n] = self.degree;
-        let (u, v) = (middle_weights(m), middle_weights(n));
+        let (u, v) = (&MIDDLE_WEIGHTS[m], &MIDDLE_WEIGHTS[n]);
         let mut sums = [DVec3::ZERO; 3];
         let mut cubic = [0.0; 4];
         for (i, row) in self.points.chunks_exact(n + 1).enumerate() {
             // values and derivatives along v
             let mut along = [DVec3::ZERO; 4];
             for (j, &point) in row.iter().enumerate() {
-                for (sum, weights) in along.iter_mut().zip(&v) {
+                for (sum, weights) in along.iter_mut().zip(v) {
                     *sum += weights[j] * point;
                 }
             }
@@ -167,7 +177,7 @@ impl Net {
 }
 
 /// Weights of control points in the value and the first three derivatives by u at 0.
-pub(super) fn middle_weights(degree: usize) -> [[f64; MAX_ORDER]; 4] {
+fn middle_weights(degree: usize) -> [[f64; MAX_ORDER]; 4] {
     let mut weights = [[0.0; MAX_ORDER]; 4];
     for (order, weights) in weights.iter_mut().enumerate().take(degree + 1) {
         // n (n - 1) … times the differences of this order of the control points, by the basis of the degree left

@@ -9,7 +9,7 @@ use crate::math::bernstein::{MAX_DEGREE, binomial};
 use crate::patch::BezierPatch;
 
 use super::leaf::{DOMAIN, nearest};
-use super::net::{Bounds, LeafMap, Series, middle_weights};
+use super::net::{Bounds, LeafMap, MIDDLE_WEIGHTS, Series};
 
 /// Greatest degree of q.
 const RAISED: usize = 3;
@@ -173,12 +173,12 @@ impl Weights {
 
 /// Derivatives in the middle, of total order 3 at most.
 fn derivatives([m, n]: [usize; 2], points: &[DVec4]) -> [[DVec4; RAISED + 1]; RAISED + 1] {
-    let (along_u, along_v) = (middle_weights(m), middle_weights(n));
+    let (along_u, along_v) = (&MIDDLE_WEIGHTS[m], &MIDDLE_WEIGHTS[n]);
     let mut sums = [[DVec4::ZERO; RAISED + 1]; RAISED + 1];
     for (i, row) in points.chunks_exact(n + 1).enumerate() {
         let mut along = [DVec4::ZERO; RAISED + 1];
         for (j, &point) in row.iter().enumerate() {
-            for (sum, weights) in along.iter_mut().zip(&along_v) {
+            for (sum, weights) in along.iter_mut().zip(along_v) {
                 *sum += weights[j] * point;
             }
         }
