@@ -7,6 +7,9 @@ mod checks;
 #[path = "../examples/watertight/solids.rs"]
 mod solids;
 
+use glam::DVec3;
+use trimray::trace::Ray;
+
 use aim::{Aims, Random};
 use checks::{Checker, Tally, Test, describe};
 use solids::Solid;
@@ -74,6 +77,26 @@ fn rays_from_far_away_enter_the_solid() {
 fn rays_aimed_at_the_borders_of_slivers_do_not_leak() {
     let (tally, failure) = run("slivers", false, Test::Aimed, 200_000, 10.0);
     assert_eq!(tally.faults[0], 0, "{failure}");
+}
+
+/// Patches of 1e-7 have tolerances larger than themselves; roots far outside their unit squares are noise.
+#[test]
+fn hits_of_tiny_patches_are_on_their_rays() {
+    let rays = [
+        [-20.300422798257500, 21.446414702374803, 0.037299577891613797],
+        [18.971659854434705, -21.977992536441114, -0.037979008785456229],
+        [39.756240181217464, -24.869228002903291, -0.035416008727710467],
+        [-39.042635282042667, 25.915571909390067, 0.032110934383314589],
+    ]
+    .map(DVec3::from_array);
+    let solid = Solid::named("slivers", false).unwrap();
+    let aims = Aims::new(&solid, &mut Random::new(SEED, u64::MAX));
+    let checker = Checker { solid: &solid, aims: &aims, farthest: 1.0 };
+    let mut tally = Tally::default();
+    for ray in rays.chunks_exact(2) {
+        checker.check(&Ray { t_max: 1.0, ..Ray::new(ray[0], ray[1]) }, 1, &mut tally);
+    }
+    assert!(tally.hits >= 4 && tally.from_ray < 1e-11, "{tally:?}");
 }
 
 #[test]

@@ -121,8 +121,12 @@ impl TrimRegion {
 }
 
 /// Whether a convex polygon, wound counter-clockwise, holds a point that may be off by `tolerance`.
+///
+/// Each edge is moved outwards by the tolerance. At the tip of a needle moved edges meet far beyond it, so the bounding
+/// rectangle, moved outwards as far, is to hold the point too.
 fn holds(corners: &[DVec2], st: DVec2, tolerance: DVec2) -> bool {
     let mut from = corners[corners.len() - 1];
+    let (mut low, mut high) = (from, from);
     for &to in corners {
         let edge = to - from;
         let slack = edge.x.abs() * tolerance.y + edge.y.abs() * tolerance.x;
@@ -130,9 +134,10 @@ fn holds(corners: &[DVec2], st: DVec2, tolerance: DVec2) -> bool {
         if !inward {
             return false;
         }
+        (low, high) = (low.min(to), high.max(to));
         from = to;
     }
-    true
+    st.cmpge(low - tolerance).all() && st.cmple(high + tolerance).all()
 }
 
 #[cfg(test)]
@@ -158,6 +163,15 @@ mod tests {
         assert_eq!(face(0.0, 1.0), Some(9), "a corner");
         assert_eq!(face(1.0 + f64::EPSILON, 0.5), None);
         assert_eq!(face(f64::NAN, 0.5), None);
+    }
+
+    #[test]
+    fn the_tolerance_reaches_no_farther_at_the_tip_of_a_needle() {
+        let mut region = TrimRegion::default();
+        region.push(0, 0, [DVec2::new(0.0, 0.5), DVec2::new(1.0, 0.5), DVec2::new(1.0, 0.5 + 1e-5)]);
+        let tolerance = DVec2::splat(1e-9);
+        assert!(region.find(DVec2::new(-0.9e-9, 0.5), tolerance).is_some());
+        assert!(region.find(DVec2::new(-1e-6, 0.5), tolerance).is_none(), "between the moved edges");
     }
 
     #[test]

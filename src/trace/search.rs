@@ -30,6 +30,11 @@ const MIN_CLIP: f64 = 0.8;
 /// inflection its cubic root, 1e-4.
 const IN_SURFACE: f64 = 1e-3;
 
+/// Most that rounding may grow by where a net is evaluated outside its unit square: a root there is noise beyond.
+///
+/// The bound on a net's rounding has room for this; a patch much smaller than its tolerances is searched far outside.
+const MAX_GROWTH: f64 = 64.0;
+
 /// Middle and corners of a box.
 const WHOLE_BOX: [DVec2; 5] = [DVec2::splat(0.5), DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE];
 
@@ -100,6 +105,12 @@ impl Krawczyk {
         let radius = DVec2::splat(0.5 * self.variation) + 2.0 * self.slack;
         (self.zero - radius).cmpgt(DVec2::ONE).any() || (self.zero + radius).cmplt(DVec2::ZERO).any()
     }
+}
+
+/// Sum of the absolute values of all products of Bernstein polynomials: 1 in the unit square.
+fn growth(st: DVec2, [m, n]: [usize; 2]) -> f64 {
+    let along = |x: f64, degree: usize| (0..degree).fold(1.0, |power, _| power * (x.abs() + (1.0 - x).abs()));
+    along(st.x, m) * along(st.y, n)
 }
 
 /// Ends of the part of a line that is in the unit square widened by `slack`.
@@ -288,8 +299,9 @@ impl Search<'_> {
         let sensitivity = row_sums(inverse);
         let off = (2.0 * self.margin * sensitivity).max(DVec2::splat(4.0 * f64::EPSILON));
         let outside = st.cmplt(low - off).any() || st.cmpgt(high + off).any();
+        let noise = growth(st, self.net.degree) > MAX_GROWTH;
         let known = self.scratch.roots.iter().any(|root| (root.st - st).abs().cmple(2.0 * off).all());
-        if !outside && !known {
+        if !outside && !noise && !known {
             self.scratch.roots.push(PatchRoot { st, degenerate: false });
         }
     }
