@@ -3,9 +3,9 @@
 //! `cargo run --release --example watertight -- --rays 1000000 --solid cube --solid slivers --solid model.obj`
 //!
 //! Three kinds of rays: from points inside; from outside through points of borders (corners and edges of trims, lines on
-//! which patches are halved) to points inside, and back; random lines. Every ray must enter and leave as often as
-//! its ends say, and every hit must be on the ray and on the exact surface. Exits with 1 on any failure, and prints the failing rays; `--ray`
-//! traces one of them again.
+//! which patches are halved) to points inside, and back; random lines. Every ray must enter and leave as often as its ends
+//! say, and every hit must be on the ray and on the exact surface. Exits with 1 on any failure, and prints failing rays of
+//! each kind; `--ray` traces one of them again. The rays do not depend on the number of threads.
 
 mod aim;
 mod checks;
