@@ -129,10 +129,10 @@ fn summary(test: Test, seed: u64, tally: &Tally) -> String {
     let Tally { rays, hits, on_border, touching, beside, from_ray, from_volume, .. } = tally;
     let beside = if test == Test::Aimed { format!(", {beside} beside the point") } else { String::new() };
     let failed = tally.failed();
-    let [leaks, contradictions, unbalanced, ghosts] = tally.faults;
+    let [leaks, contradictions, unbalanced, ghosts, at_border] = tally.faults;
     format!(
         "{test:?}: {failed} of {rays} rays failed (seed {seed}): {leaks} leaks, {contradictions} contradictions, \
-         {unbalanced} unbalanced, {ghosts} ghosts; {hits} hits, {on_border} rays on a border, {touching} \
+         {unbalanced} unbalanced, {ghosts} ghosts ({at_border} unbalanced at a border); {hits} hits, {on_border} rays on a border, {touching} \
          touching{beside}; {from_ray:.1e} from the ray, {from_volume:.1e} from the volume"
     )
 }
