@@ -12,7 +12,7 @@ use crate::film::{Film, FilmError, FilmSettings, Image, Pixel, Window};
 use crate::shade::{
     PathIntegrator, PerspectiveCamera, RenderSettings, RenderStatistics, Sampler, ShadingScene,
 };
-use crate::trace::Geometry;
+use crate::trace::{Geometry, TracedScene};
 
 /// Pixels along a tile's side: enough work to be worth handing out, and tiles enough for all
 /// threads of a small picture. Has no influence on the pixels.
@@ -87,7 +87,10 @@ pub fn render<G: Geometry>(
     let (done, total) = (AtomicU64::new(0), film.window().pixels() as u64);
 
     let render_tile = |tile: Window| -> Result<RenderStatistics, RenderError> {
-        let (pixels, statistics) = renderer.tile(tile)?;
+        // a tile is one thread's work from start to end
+        let (made, counted) = TracedScene::counting(|| renderer.tile(tile));
+        let (pixels, mut statistics) = made?;
+        statistics.trace += counted;
         image.lock().expect("another tile's panic ends the render").put_tile(tile, &pixels);
         let tile = tile.pixels() as u64;
         (control.progress)(done.fetch_add(tile, Ordering::Relaxed) + tile, total);

@@ -143,6 +143,7 @@ fn bad_flags() {
     render(&["-o", "x.jpg"], &[".exr", ".png"]);
     at.refuse(&["export", "scene.toml", "-o", "x.stl"], &[".json"]);
     at.refuse(&["export", "scene.toml", "-o", "nowhere/x.json"], &["nowhere"]);
+    at.refuse(&["info", "scene.toml", "--stats"], &["--stats"]);
     at.refuse(&["nonsense"], &["nonsense"]);
     at.refuse(&[], &["Usage"]);
 }

@@ -57,6 +57,111 @@ fn info_counts_the_cube_of_fengs_table_2() {
 }
 
 #[test]
+fn info_says_what_the_acceleration_structure_is_and_what_a_ray_costs() {
+    let at = TestFolder::new();
+    let info = || -> serde_json::Value {
+        serde_json::from_str(&at.succeed(&["info", "scene.toml", "--json"]).stdout).unwrap()
+    };
+    let lines = info();
+    let accel = |key: &str| lines["accel"][key].as_u64().unwrap();
+    assert_eq!(accel("leaves_inside") + accel("leaves_crossed"), accel("leaves"));
+    assert!(accel("leaves_inside") > 0 && accel("leaves_crossed") > 0 && accel("nodes") > 0, "{lines}");
+    assert!(accel("bytes") > 100 * accel("leaves"));
+    assert_eq!(lines["accel"]["seconds"], lines["seconds"]["build"]);
+    let sample = &lines["sample"];
+    assert_eq!((&sample["from"], &sample["rays"]), (&"lines".into(), &4096.into()));
+    let share = sample["hits"].as_u64().unwrap() as f64 / 4096.0;
+    // Cauchy: of the lines that meet a sphere, the share that meets a convex body in it is the ratio of their areas;
+    // the twisted cube is nearly one, of nearly the plain cube's area
+    let bounds: [[f64; 3]; 2] = serde_json::from_value(lines["objects"][0]["bounds"].clone()).unwrap();
+    let diagonal_sq: f64 = (0..3).map(|axis| (bounds[1][axis] - bounds[0][axis]).powi(2)).sum();
+    let want = 6.0 / (std::f64::consts::PI * diagonal_sq);
+    assert!((share / want - 1.0).abs() < 0.15, "{share}, want {want}");
+    assert!(sample["per_ray"]["leaf_tests"].as_f64().unwrap() > share, "{sample}");
+    assert!(sample["per_ray"]["rays"].is_null(), "{sample}");
+    assert_eq!(info()["sample"], *sample, "the same on every run");
+    let camera =
+        "[camera]\norigin = [0.5, -3.0, 0.5]\ntarget = [0.5, 0.5, 0.5]\nup = [0, 0, 1]\nfov = 10.0\n";
+    at.write("scene.toml", format!("{camera}{SCENE}"));
+    assert_eq!(info()["sample"]["from"], "camera");
+    assert_eq!(info()["sample"]["hits"], 4096, "it sees nothing but the cube");
+    let table = at.succeed(&["info", "scene.toml"]).stdout;
+    assert!(
+        table.contains("4096 rays of the camera, 4096 hits") && table.contains("newton steps"),
+        "{table}"
+    );
+}
+
+/// The totals of the table that `--stats` prints, by counter.
+fn totals(table: &str) -> HashMap<String, u64> {
+    let row = |line: &str| {
+        let columns: Vec<_> = line.strip_prefix("  ")?.split("  ").filter(|c| !c.is_empty()).collect();
+        Some((columns[0].trim().to_owned(), columns.get(1)?.trim().parse().ok()?))
+    };
+    table.lines().filter_map(row).collect()
+}
+
+#[test]
+fn render_counts_every_ray_of_every_thread() {
+    let at = TestFolder::new();
+    at.write("scene.toml", format!("{SCENE}[[light]]\ntype = \"constant\"\n"));
+    let stats = |threads: &str| {
+        let run = at.succeed(&[
+            "render",
+            "scene.toml",
+            "--size",
+            "70x50",
+            "--spp",
+            "3",
+            "--stats",
+            "--quiet",
+            "--threads",
+            threads,
+            "-o",
+            "x.exr",
+        ]);
+        assert!(run.stdout.is_empty());
+        assert!(run.stderr.contains(" nodes, ") && run.stderr.contains("built in"), "{}", run.stderr);
+        totals(&run.stderr)
+    };
+    let one = stats("1");
+    assert_eq!(one["samples"], 70 * 50 * 3);
+    assert_eq!(one["rays"], one["nearest hit rays"] + one["shadow rays"], "{one:?}");
+    assert!(one["shadow rays"] > 1000 && one["leaf tests"] > 1000 && one["newton steps"] > 1000, "{one:?}");
+    for counter in ["fallbacks", "boxes", "roots", "degenerate", "in surface", "not converged", "on border"] {
+        assert!(one.contains_key(counter), "{counter}");
+    }
+    assert_eq!(stats("3"), one);
+}
+
+#[test]
+fn trace_counts_the_same_for_any_number_of_threads() {
+    let at = TestFolder::new();
+    let rays: Vec<_> = (0..5000)
+        .flat_map(|i| {
+            let x = f64::from(i) / 5000.0;
+            [x, 0.2 + 0.5 * x, -1.0, 0.1, 0.2 - x, 2.0]
+        })
+        .collect();
+    at.write("rays.npy", npy(&[5000, 6], &rays));
+    let trace = |more: &[&str]| {
+        let mut arguments = vec!["trace", "scene.toml", "--rays", "rays.npy", "-o", "hits.npz"];
+        arguments.extend(more);
+        at.succeed(&arguments)
+    };
+    let run = trace(&["--json", "--stats", "--threads", "3"]);
+    let summary: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!(summary["stats"]["rays"], 5000);
+    assert!(summary["accel"]["leaves"].as_u64().unwrap() >= 24 && summary["accel"]["seconds"].is_number());
+    let table = totals(&run.stderr);
+    for (name, count) in summary["stats"].as_object().unwrap() {
+        assert_eq!(*count, table[&name.replace('_', " ")], "{name}");
+    }
+    assert_eq!(totals(&trace(&["--stats", "--quiet", "--threads", "1"]).stderr), table);
+    assert!(totals(&trace(&[]).stderr).is_empty(), "only when asked for");
+}
+
+#[test]
 fn every_shipped_scene_builds_and_has_its_table_2_triangles() {
     let at = TestFolder::new();
     let mut names: Vec<_> = std::fs::read_dir(repository().join("scenes"))

@@ -29,9 +29,9 @@
 //! Build times are the least of 7 for trimray, of 3 for Embree and for making the uniform tessellations; adaptive ones are
 //! made once, with no care for time. Memory is what the structures hold afterwards (`TrimmedPatch::bytes` and the acceleration structure; Embree's memory monitor and the mesh).
 
-mod objects;
+#[path = "../common/mod.rs"]
+mod common;
 mod peer;
-mod rays;
 mod report;
 mod tessellate;
 
@@ -42,17 +42,15 @@ use std::time::Instant;
 use clap::Parser;
 use trimray::trace::{Geometry, TracedScene};
 
-use objects::Object;
+use common::objects::{Built, Object};
+use common::rays::{RaySet, SinglePrecisionRay, ray_sets};
+use common::timing::{CHUNK, LeastTimes, trace_packets, trace_single};
 use peer::{Mode, Peer, PeerMesh};
-use rays::{RaySet, SinglePrecisionRay, ray_sets};
 use report::{Agreement, BuildRow, RateRow, Report};
 use tessellate::Halving;
 
 /// Errors of the tessellations, in parts of the diagonal.
 const ERRORS: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
-
-/// Rays in a chunk: whole packets, and long enough that neither the clock nor refilling the caches counts.
-const CHUNK: usize = 1 << 14;
 
 /// Times that trimray's build is timed.
 const BUILDS: usize = 7;
@@ -61,16 +59,10 @@ const BUILDS: usize = 7;
 const TESSELLATION_BUILDS: usize = 3;
 
 /// trimray's ways of tracing many rays, each with its name. A way that takes packets or streams is one more line.
-const WAYS: [(&str, TraceWay); 1] = [("single", trace_single)];
+const WAYS: [(&str, TraceWay); 2] = [("single", trace_single), ("packets", trace_packets)];
 
 /// Traces rays and writes their ray parameters, infinity for a miss.
 type TraceWay = fn(&TracedScene, &[SinglePrecisionRay], &mut [f64]);
-
-fn trace_single(scene: &TracedScene, rays: &[SinglePrecisionRay], distances: &mut [f64]) {
-    for (ray, distance) in rays.iter().zip(distances) {
-        *distance = scene.closest(&ray.ray()).map_or(f64::INFINITY, |hit| hit.t);
-    }
-}
 
 /// trimray side by side with Embree.
 #[derive(Debug, Parser)]
@@ -145,8 +137,9 @@ struct Contestant {
 fn compare(object: &Object, arguments: &Arguments, report: Report) -> Result<(), String> {
     let mut peer = Peer::start()?;
     report.heading(object, &peer.version);
-    let (scene, build_seconds, bytes) = build(object)?;
-    report.trimray(object, scene.acceleration().0, build_seconds, bytes);
+    let Built { scene, times, bytes } = object.build_least(BUILDS)?;
+    let build_seconds = times.total();
+    report.trimray(object, scene.acceleration().leaves, build_seconds, bytes);
     let contestants = add_tessellations(object, &mut peer, arguments, |row| {
         report.build(object, build_seconds, bytes, &row);
     })?;
@@ -160,16 +153,6 @@ fn compare(object: &Object, arguments: &Arguments, report: Report) -> Result<(),
         }
     }
     Ok(())
-}
-
-/// The scene, the least seconds of building it, and its bytes.
-fn build(object: &Object) -> Result<(TracedScene, f64, usize), String> {
-    let (mut scene, mut least, mut bytes) = object.build()?;
-    for _ in 1..BUILDS {
-        let (again, elapsed, again_bytes) = object.build()?;
-        (scene, least, bytes) = (again, least.min(elapsed), again_bytes);
-    }
-    Ok((scene, least.as_secs_f64(), bytes))
 }
 
 /// A result, and the least seconds of a few ways to it.
@@ -222,24 +205,6 @@ fn add_tessellations(
         }
     }
     Ok(contestants)
-}
-
-/// The least time of any round for each chunk.
-struct LeastTimes(Vec<f64>);
-
-impl LeastTimes {
-    fn new(chunks: usize) -> Self {
-        Self(vec![f64::INFINITY; chunks])
-    }
-
-    fn add(&mut self, chunk: usize, seconds: f64) {
-        self.0[chunk] = self.0[chunk].min(seconds);
-    }
-
-    /// Rays a second.
-    fn rate(&self, rays: usize) -> f64 {
-        rays as f64 / self.0.iter().sum::<f64>()
-    }
 }
 
 /// All rates on one set of rays: a row for each tessellation.

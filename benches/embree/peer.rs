@@ -8,7 +8,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::rays::SinglePrecisionRay;
+use crate::common::rays::SinglePrecisionRay;
 use crate::tessellate::Mesh;
 
 /// Which of Embree's queries traces the rays.

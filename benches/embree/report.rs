@@ -2,9 +2,9 @@
 
 use serde_json::json;
 
-use crate::objects::Object;
+use crate::common::objects::Object;
+use crate::common::rays::RaySet;
 use crate::peer::PeerMesh;
-use crate::rays::RaySet;
 
 /// How results are printed.
 #[derive(Clone, Copy, Debug)]
@@ -170,12 +170,7 @@ impl Report {
             );
             return;
         }
-        print!(
-            "{:13} {:>8} {:>5.3}",
-            format!("{} {}", if set.hits_only { "hit" } else { "all" }, set.kind),
-            set.rays.len(),
-            row.hits as f64 / set.rays.len() as f64
-        );
+        print!("{:13} {:>8} {:>5.3}", set.name(), set.rays.len(), row.hits as f64 / set.rays.len() as f64);
         for rate in &row.trimray {
             print!(" {:>8.3}", rate / 1e6);
         }

@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use trimray::spline::SplineVolume;
 
-use crate::objects::Object;
+use crate::common::objects::Object;
 
 /// Most rounds of halving edges: 2^-40 of an edge is below single precision.
 const MAX_ROUNDS: usize = 40;

@@ -191,7 +191,7 @@ impl Checker<'_> {
         match self.crossings(ray, &hits) {
             None => tally.touching += 1,
             Some(got) if got != balance => {
-                let at_border = hits.iter().any(|hit| self.is_at_border(hit));
+                let at_border = hits.iter().any(|hit| self.is_at_border(ray, hit));
                 tally.fail(if at_border { Fault::UnbalancedAtBorder } else { Fault::Unbalanced }, ray);
             }
             Some(_) => {}
@@ -227,9 +227,9 @@ impl Checker<'_> {
     }
 
     /// Whether a hit is within rounding of the border of its loop, on either side.
-    fn is_at_border(&self, hit: &PatchHit) -> bool {
+    fn is_at_border(&self, ray: &Ray, hit: &PatchHit) -> bool {
         let trim = &self.solid.scene.objects()[0].patches[hit.patch as usize].trim;
-        let tolerance = 2.0 * hit.st_error + 1e-12;
+        let tolerance = 2.0 * self.solid.scene.st_error(hit, ray) + 1e-12;
         let own = trim.loops().iter().filter(|trim_loop| trim_loop.polygon == hit.polygon);
         let corners = own.map(|trim_loop| trim.corners(trim_loop));
         let mut edges = corners.flat_map(|corners| corners.iter().zip(corners.iter().cycle().skip(1)));
@@ -252,8 +252,9 @@ impl Checker<'_> {
         tally.from_ray = tally.from_ray.max(from_ray);
         tally.from_volume = tally.from_volume.max(from_volume);
         let frame = &scene.objects()[0].patches[hit.patch as usize].frame;
-        let st_error = hit.st_error.x * frame.s.length() + hit.st_error.y * frame.t.length();
-        let slide = hit.st_error.x * interaction.dp_ds.length() + hit.st_error.y * interaction.dp_dt.length();
+        let error = scene.st_error(hit, ray);
+        let st_error = error.x * frame.s.length() + error.y * frame.t.length();
+        let slide = error.x * interaction.dp_ds.length() + error.y * interaction.dp_dt.length();
         let corners = &self.solid.polygons[hit.polygon as usize];
         let off_polygon = corners[1..]
             .windows(2)

@@ -9,9 +9,10 @@ use serde::Serialize;
 
 use crate::export::to_json;
 use crate::patch::TrimmedPatch;
-use crate::scene::BuiltScene;
+use crate::scene::{BuiltScene, SceneDescription};
 use crate::spline::{Orientation, SplineVolume, orientation};
 
+use super::statistics::{Acceleration, Sample, readable};
 use super::{CliError, SceneArgs, print_result};
 
 #[derive(Debug, Args)]
@@ -28,6 +29,7 @@ pub(super) struct InfoArgs {
 struct Info {
     objects: Vec<ObjectInfo>,
     accel: Acceleration,
+    sample: Sample,
     seconds: Seconds,
     bytes: usize,
 }
@@ -57,13 +59,6 @@ struct Lattice {
 }
 
 #[derive(Debug, Serialize)]
-struct Acceleration {
-    leaves: usize,
-    nodes: usize,
-    bytes: usize,
-}
-
-#[derive(Debug, Serialize)]
 struct Seconds {
     load: f64,
     subdivide: f64,
@@ -74,7 +69,7 @@ struct Seconds {
 pub(super) fn run(args: &InfoArgs) -> Result<(), CliError> {
     let scene = args.scene.parse()?;
     let built = args.scene.build(&scene, true)?;
-    let info = args.scene.install(|| gather(&built))?;
+    let info = args.scene.install(|| gather(&scene, &built))??;
     let text = if args.json {
         let bytes = to_json(&info).context("the JSON")?;
         String::from_utf8(bytes).context("the JSON")?
@@ -85,21 +80,22 @@ pub(super) fn run(args: &InfoArgs) -> Result<(), CliError> {
     Ok(())
 }
 
-fn gather(built: &BuiltScene) -> Info {
+fn gather(scene: &SceneDescription, built: &BuiltScene) -> Result<Info, CliError> {
     let objects: Vec<_> = (0..built.objects.len()).map(|object| object_info(built, object)).collect();
-    let (leaves, nodes, bytes) = built.traced.acceleration();
+    let accel = Acceleration::of(built);
     let times = &built.times;
-    Info {
-        bytes: bytes + objects.iter().map(|object| object.bytes).sum::<usize>(),
+    Ok(Info {
+        bytes: accel.bytes() + objects.iter().map(|object| object.bytes).sum::<usize>(),
         objects,
-        accel: Acceleration { leaves, nodes, bytes },
+        accel,
+        sample: Sample::trace(scene, built)?,
         seconds: Seconds {
             load: times.load.as_secs_f64(),
             subdivide: times.patches.subdivide.as_secs_f64(),
             compose: times.patches.compose.as_secs_f64(),
             build: times.build.as_secs_f64(),
         },
-    }
+    })
 }
 
 fn object_info(built: &BuiltScene, object: usize) -> ObjectInfo {
@@ -173,8 +169,13 @@ fn table(info: &Info) -> String {
             line("  note", note.clone());
         }
     }
-    let Acceleration { leaves, nodes, bytes } = info.accel;
-    line("acceleration", format!("{leaves} leaves, {nodes} nodes, {bytes} bytes"));
+    line("acceleration", info.accel.to_string());
+    let Sample { from, rays, hits, per_ray } = &info.sample;
+    let source = if *from == "camera" { "of the camera" } else { "along random lines" };
+    line("sample", format!("{rays} rays {source}, {hits} hits; per ray:"));
+    for (name, count) in per_ray {
+        line(&format!("  {}", readable(name)), format!("{count:.6}"));
+    }
     let Seconds { load, subdivide, compose, build } = info.seconds;
     line(
         "seconds",

@@ -4,6 +4,7 @@ mod export;
 mod info;
 mod progress;
 mod render;
+mod statistics;
 mod trace;
 
 use std::path::PathBuf;
@@ -13,8 +14,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::{Args, Parser, Subcommand};
 use thiserror::Error;
 
+use crate::film::FilmSettings;
 use crate::output::OutputError;
 use crate::scene::{BuiltScene, SceneDescription, SceneError, parse_scene};
+use crate::shade::{CameraSettings, PerspectiveCamera};
 
 /// Set by Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -157,6 +160,11 @@ impl SceneArgs {
             Some(threads) => Err(CliError::Input(format!("--threads {threads}: valid are 1 to {MOST}"))),
         }
     }
+}
+
+fn checked_camera(camera: &CameraSettings, film: &FilmSettings) -> Result<PerspectiveCamera, CliError> {
+    PerspectiveCamera::try_new(camera, film.size)
+        .map_err(|error| CliError::Input(format!("[camera]: {error}")))
 }
 
 fn check_interrupted() -> Result<(), CliError> {

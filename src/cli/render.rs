@@ -11,10 +11,11 @@ use crate::film::{Aov, ExrHeader, FilmSettings, write_exr, write_png};
 use crate::output::check_writable;
 use crate::render::{RenderControl, RenderError, render};
 use crate::scene::{BuiltScene, Choice, SceneDescription, parse_crop, parse_size, validate_film};
-use crate::shade::{CameraSettings, IntegratorKind, Light, Material, PerspectiveCamera, ShadingScene};
+use crate::shade::{IntegratorKind, Light, Material, PerspectiveCamera, ShadingScene};
 
 use super::progress::progress_bar;
-use super::{CliError, INTERRUPTED, SceneArgs};
+use super::statistics::{Acceleration, print_render};
+use super::{CliError, INTERRUPTED, SceneArgs, checked_camera};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: trimray render scenes/feng_fig07.toml -o cube.exr --spp 256")]
@@ -42,6 +43,9 @@ pub(super) struct RenderArgs {
     /// How light is gathered: path or direct
     #[arg(long, value_name = "I", value_parser = IntegratorKind::from_name)]
     integrator: Option<IntegratorKind>,
+    /// Print to stderr what the rays met, and the acceleration structure
+    #[arg(long)]
+    stats: bool,
     /// No progress bar and no notes
     #[arg(short, long)]
     quiet: bool,
@@ -85,17 +89,15 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
         Format::Exr => write_exr(&path, &image, &header(&scene, &built, &camera)?)?,
         Format::Png => write_png(&path, &image)?,
     }
+    if args.stats {
+        print_render(&statistics, &Acceleration::of(&built));
+    }
     if !args.quiet && std::io::IsTerminal::is_terminal(&std::io::stderr()) {
         let [width, height] = scene.film.size;
         let seconds = started.elapsed().as_secs_f64();
         eprintln!("wrote {}: {width}x{height}, {} spp, {seconds:.1} s", path.display(), scene.render.spp);
     }
     Ok(())
-}
-
-fn checked_camera(camera: &CameraSettings, film: &FilmSettings) -> Result<PerspectiveCamera, CliError> {
-    PerspectiveCamera::try_new(camera, film.size)
-        .map_err(|error| CliError::Input(format!("[camera]: {error}")))
 }
 
 fn pixels(film: &FilmSettings) -> u64 {

@@ -15,6 +15,7 @@ use crate::export::to_json;
 use crate::output::check_writable;
 use crate::trace::{Geometry, Ray, SurfaceInteraction, TraceStatistics, TracedScene};
 
+use super::statistics::{Acceleration, print_trace};
 use super::{CliError, SceneArgs, check_interrupted, print_result};
 
 /// Rays handed to a thread at once: enough to hide the handing out, few enough to share the work and notice Ctrl-C.
@@ -42,6 +43,9 @@ pub(super) struct TraceArgs {
     /// Print JSON to stdout
     #[arg(long)]
     json: bool,
+    /// Print to stderr what the rays met, and the acceleration structure; JSON has both always
+    #[arg(long)]
+    stats: bool,
     /// No notes and no summary
     #[arg(short, long)]
     quiet: bool,
@@ -55,6 +59,7 @@ struct Summary {
     mrays_per_second: f64,
     threads: usize,
     stats: TraceStatistics,
+    accel: Acceleration,
 }
 
 pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
@@ -72,7 +77,8 @@ pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
             closest_hits(&built.traced, &rays)
         };
         let mrays_per_second = rays.len() as f64 * 1e-6 / seconds;
-        (arrays, Summary { rays: rays.len(), hits, seconds, mrays_per_second, threads, stats })
+        let accel = Acceleration::of(&built);
+        (arrays, Summary { rays: rays.len(), hits, seconds, mrays_per_second, threads, stats, accel })
     })?;
     check_interrupted()?;
     write_npz(&args.output, &arrays)?;
@@ -82,6 +88,9 @@ pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
     if !args.quiet {
         let Summary { rays, hits, seconds, mrays_per_second, .. } = summary;
         eprintln!("{rays} rays, {hits} hits, {seconds:.4} s, {mrays_per_second:.3} Mrays/s");
+    }
+    if args.stats {
+        print_trace(&summary.stats, &summary.accel);
     }
     if args.json {
         let bytes = to_json(&summary).context("the JSON")?;
@@ -122,11 +131,8 @@ struct Traced {
 fn query<T: Send>(rays: &[Ray], query: impl Fn(&Ray) -> T + Sync) -> (Vec<T>, f64, TraceStatistics) {
     let started = Instant::now();
     let chunk = |rays: &[Ray]| {
-        // what the thread counted for other work is not ours
-        TracedScene::take_statistics();
-        let results: Vec<T> =
-            if check_interrupted().is_ok() { rays.iter().map(&query).collect() } else { Vec::new() };
-        (results, TracedScene::take_statistics())
+        let trace = || rays.iter().map(&query).collect();
+        TracedScene::counting(|| if check_interrupted().is_ok() { trace() } else { Vec::new() })
     };
     let chunks: Vec<_> = rays.par_chunks(CHUNK).map(chunk).collect();
     let seconds = started.elapsed().as_secs_f64();

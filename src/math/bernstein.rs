@@ -4,6 +4,8 @@
 
 use std::ops::{Add, Mul};
 
+use super::lanes::Real;
+
 /// Highest degree of a patch in one direction: all three axes of a volume of degree 4.
 pub(crate) const MAX_DEGREE: usize = 12;
 
@@ -62,13 +64,13 @@ pub(crate) const fn inverse_binomial(n: usize, i: usize) -> f64 {
     INVERSE_BINOMIALS[n][i]
 }
 
-/// The `degree + 1` Bernstein polynomials and their derivatives at one parameter.
+/// Bernstein polynomials of one degree and their derivatives at one parameter, or at several side by side.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BasisValues {
+pub(crate) struct BasisValues<const ORDER: usize, R> {
     /// B(i, n)(t).
-    pub(crate) value: [f64; MAX_ORDER],
+    pub(crate) value: [R; ORDER],
     /// d/dt B(i, n)(t).
-    pub(crate) derivative: [f64; MAX_ORDER],
+    pub(crate) derivative: [R; ORDER],
 }
 
 /// Values and derivatives of all Bernstein polynomials of a degree, at any real `t`.
@@ -77,27 +79,27 @@ pub(crate) struct BasisValues {
 /// relative error of at most `2 degree` roundings; d/dt B(i, n) = n (B(i-1, n-1) - B(i, n-1)).
 ///
 /// # Panics
-/// If `degree` is above [`MAX_DEGREE`].
+/// If `degree` is not below `ORDER`.
 #[inline(always)]
-pub(crate) fn basis_with_derivatives(degree: usize, t: f64) -> BasisValues {
-    let mut value = [0.0; MAX_ORDER];
-    let mut derivative = [0.0; MAX_ORDER];
-    value[0] = 1.0;
-    let u = 1.0 - t;
+pub(crate) fn basis<const ORDER: usize, R: Real>(degree: usize, t: R) -> BasisValues<ORDER, R> {
+    let mut value = [t.all(0.0); ORDER];
+    let mut derivative = value;
+    value[0] = t.all(1.0);
+    let u = t.all(1.0) - t;
     for n in 1..=degree {
         if n == degree {
             let scale = f64::from(u32::try_from(degree).expect("a degree is at most 12"));
-            derivative[0] = -scale * value[0];
+            derivative[0] = value[0] * -scale;
             for i in 1..degree {
-                derivative[i] = scale * (value[i - 1] - value[i]);
+                derivative[i] = (value[i - 1] - value[i]) * scale;
             }
-            derivative[degree] = scale * value[degree - 1];
+            derivative[degree] = value[degree - 1] * scale;
         }
         value[n] = t * value[n - 1];
         for i in (1..n).rev() {
             value[i] = u * value[i] + t * value[i - 1];
         }
-        value[0] *= u;
+        value[0] = value[0] * u;
     }
     BasisValues { value, derivative }
 }
@@ -125,12 +127,12 @@ where
 
 /// Restricts the polynomial to `[from, to]`, in place; strides as in [`split`].
 ///
-/// Exact up to rounding for any `0 <= from <= to <= 1`.
+/// Also to parts that reach beyond `[0, 1]`, `to` being positive; rounding grows with the distance from there.
 pub(crate) fn restrict<V>(coefficients: &mut [V], stride: usize, degree: usize, from: f64, to: f64)
 where
     V: Copy + Add<Output = V> + Mul<f64, Output = V>,
 {
-    if to < 1.0 {
+    if to != 1.0 {
         for level in 1..=degree {
             for i in (level..=degree).rev() {
                 coefficients[i * stride] =
@@ -138,7 +140,7 @@ where
             }
         }
     }
-    if from > 0.0 {
+    if from != 0.0 {
         let t = from / to;
         for level in 1..=degree {
             for i in 0..=degree - level {
@@ -158,7 +160,7 @@ mod tests {
         for degree in 0..=MAX_DEGREE {
             for step in 0..=20 {
                 let t = f64::from(step) / 20.0;
-                let basis = basis_with_derivatives(degree, t);
+                let basis = basis::<MAX_ORDER, f64>(degree, t);
                 let sum: f64 = basis.value.iter().sum();
                 assert!((sum - 1.0).abs() < 1e-15 * 12.0, "degree {degree} t {t}: {sum:e}");
                 let slope: f64 = basis.derivative.iter().sum();
@@ -177,7 +179,7 @@ mod tests {
     fn split_and_restrict_agree_with_the_whole() {
         let whole = [1.0, -2.0, 0.5, 3.0, -1.0];
         let eval = |c: &[f64], t: f64| -> f64 {
-            let basis = basis_with_derivatives(c.len() - 1, t);
+            let basis = basis::<MAX_ORDER, f64>(c.len() - 1, t);
             c.iter().zip(basis.value).map(|(c, b)| c * b).sum()
         };
         let mut left = whole;

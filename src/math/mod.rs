@@ -2,5 +2,6 @@
 
 pub(crate) mod angle;
 pub(crate) mod bernstein;
+pub(crate) mod lanes;
 pub(crate) mod polygon;
 pub(crate) mod rounding;

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, DVec4};
 
-use crate::math::bernstein::{self, MAX_DEGREE, basis_with_derivatives};
+use crate::math::bernstein::{self, MAX_DEGREE, MAX_ORDER, basis};
 
 /// A (rational) tensor-product Bézier patch of degree m × n over the unit square.
 ///
@@ -64,8 +64,8 @@ impl BezierPatch {
     /// Relative to the largest control point the error is a few times the degree in roundings.
     pub fn eval(&self, st: DVec2) -> PatchPoint {
         let [m, n] = self.degree;
-        let along_s = basis_with_derivatives(m, st.x);
-        let along_t = basis_with_derivatives(n, st.y);
+        let along_s = basis::<MAX_ORDER, f64>(m, st.x);
+        let along_t = basis::<MAX_ORDER, f64>(n, st.y);
         let mut sums = [DVec4::ZERO; 3];
         for (i, row) in self.control_points.chunks_exact(n + 1).enumerate() {
             let (mut value, mut slope) = (DVec4::ZERO, DVec4::ZERO);
@@ -77,24 +77,7 @@ impl BezierPatch {
             sums[1] += along_s.derivative[i] * value;
             sums[2] += along_s.value[i] * slope;
         }
-        from_homogeneous(sums)
-    }
-
-    /// As [`Self::eval`], to the bit, with the degrees that occur most compiled apart.
-    #[inline(always)]
-    pub(crate) fn eval_fixed(&self, st: DVec2) -> PatchPoint {
-        let points = self.control_points.as_slice();
-        let sums = match self.degree {
-            [1, 1] => eval_degrees::<2, 2>(points, st),
-            [2, 2] => eval_degrees::<3, 3>(points, st),
-            [2, 4] => eval_degrees::<3, 5>(points, st),
-            [3, 3] => eval_degrees::<4, 4>(points, st),
-            [3, 6] => eval_degrees::<4, 7>(points, st),
-            [4, 4] => eval_degrees::<5, 5>(points, st),
-            [6, 6] => eval_degrees::<7, 7>(points, st),
-            _ => return self.eval(st),
-        };
-        from_homogeneous(sums)
+        from_homogeneous(sums, self.rational)
     }
 
     /// Lowest and highest corner of the control points' box, which holds the patch over the unit square.
@@ -121,29 +104,14 @@ impl BezierPatch {
     }
 }
 
-/// Homogeneous value and partials of a net of M × N control points.
+/// Divides by the weight, which is 1 if the patch is not rational: the one place where homogeneous values become
+/// points and partials.
 #[inline(always)]
-fn eval_degrees<const M: usize, const N: usize>(points: &[DVec4], st: DVec2) -> [DVec4; 3] {
-    let along_s = basis_with_derivatives(M - 1, st.x);
-    let along_t = basis_with_derivatives(N - 1, st.y);
-    let mut sums = [DVec4::ZERO; 3];
-    for i in 0..M {
-        let row: &[DVec4; N] = points[i * N..][..N].try_into().expect("a row has N points");
-        let (mut value, mut slope) = (DVec4::ZERO, DVec4::ZERO);
-        for (j, &point) in row.iter().enumerate() {
-            value += along_t.value[j] * point;
-            slope += along_t.derivative[j] * point;
-        }
-        sums[0] += along_s.value[i] * value;
-        sums[1] += along_s.derivative[i] * value;
-        sums[2] += along_s.value[i] * slope;
+pub(super) fn from_homogeneous([value, by_s, by_t]: [DVec4; 3], rational: bool) -> PatchPoint {
+    if !rational {
+        let [position, dp_ds, dp_dt] = [value, by_s, by_t].map(DVec4::truncate);
+        return PatchPoint { position, dp_ds, dp_dt };
     }
-    sums
-}
-
-/// Divides by the weight: the one place where homogeneous values become points and partials.
-#[inline(always)]
-fn from_homogeneous([value, by_s, by_t]: [DVec4; 3]) -> PatchPoint {
     let position = value.truncate() / value.w;
     let partial = |slope: DVec4| (slope.truncate() - slope.w * position) / value.w;
     PatchPoint { position, dp_ds: partial(by_s), dp_dt: partial(by_t) }
@@ -179,22 +147,6 @@ mod tests {
                 assert!(got.dp_ds.truncate().dot(got.position.truncate()).abs() < 1e-14, "tangent at {st}");
                 assert!((got.dp_dt - DVec3::new(0.0, 0.0, 2.0)).length() < 1e-14);
                 assert!(got.position.cmpge(low - 1e-15).all() && got.position.cmple(high + 1e-15).all());
-            }
-        }
-    }
-
-    #[test]
-    fn the_degrees_compiled_apart_give_the_same_bits() {
-        let mut noise = crate::test_support::Noise(3);
-        for m in 1..=8 {
-            for n in 1..=8 {
-                let points =
-                    (0..(m + 1) * (n + 1)).map(|_| noise.vector().extend(1.5 + noise.next())).collect();
-                let patch = BezierPatch::new([m, n], points);
-                for _ in 0..20 {
-                    let st = DVec2::new(noise.next() + 0.5, noise.next() + 0.5);
-                    assert_eq!(patch.eval_fixed(st), patch.eval(st), "{m} × {n} at {st}");
-                }
             }
         }
     }

@@ -4,7 +4,7 @@
 
 use glam::{DVec2, DVec4};
 
-use crate::math::bernstein::{MAX_ORDER, basis_with_derivatives};
+use crate::math::bernstein::{MAX_ORDER, basis};
 use crate::spline::{Cell, SplineVolume};
 use crate::subdivide::Frame;
 
@@ -58,7 +58,7 @@ pub fn compose_by_interpolation(
 fn solve_at_nodes(degree: usize, values: &mut [DVec4]) {
     let order = degree + 1;
     let mut matrix: [[f64; MAX_ORDER]; MAX_ORDER] =
-        std::array::from_fn(|i| basis_with_derivatives(degree, i as f64 / degree as f64).value);
+        std::array::from_fn(|i| basis::<MAX_ORDER, f64>(degree, i as f64 / degree as f64).value);
     for k in 0..order {
         let pivot = (k..order)
             .max_by(|&a, &b| matrix[a][k].abs().total_cmp(&matrix[b][k].abs()))

@@ -3,6 +3,7 @@
 mod bezier_patch;
 mod build;
 mod compose;
+mod evaluate;
 mod interpolation;
 mod trim;
 
@@ -11,5 +12,6 @@ pub use build::{
     BuildError, BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, TrimmedPatch, deform_polygons,
 };
 pub use compose::Composer;
+pub(crate) use evaluate::{OrderWork, PointLanes};
 pub use interpolation::compose_by_interpolation;
 pub use trim::{TrimLoop, TrimRegion};

@@ -24,3 +24,4 @@ pub use scene::{SceneHit, ShadingScene};
 pub use settings::{IntegratorKind, RenderSettings};
 pub use spawn::{spawn_ray, spawn_shadow_ray};
 pub use statistics::RenderStatistics;
+pub use warp::uniform_sphere;

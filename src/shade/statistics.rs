@@ -2,6 +2,8 @@
 
 use std::ops::AddAssign;
 
+use crate::trace::TraceStatistics;
+
 /// Counts of a render, summed over all threads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct RenderStatistics {
@@ -13,6 +15,8 @@ pub struct RenderStatistics {
     pub samples: u64,
     /// Samples that were infinite or not a number (as 32-bit floats); they count as black.
     pub non_finite_samples: u64,
+    /// What the rays met in the geometry.
+    pub trace: TraceStatistics,
 }
 
 impl AddAssign for RenderStatistics {
@@ -21,5 +25,6 @@ impl AddAssign for RenderStatistics {
         self.shadow_rays += other.shadow_rays;
         self.samples += other.samples;
         self.non_finite_samples += other.non_finite_samples;
+        self.trace += other.trace;
     }
 }

@@ -63,7 +63,7 @@ fn assert_no_ghosts(scene: &TracedScene, ray: &Ray, hits: &[PatchHit], bound: f6
         assert!(across <= bound, "{across:e} from the ray: {hit:?} of {ray:?}");
         let along = (position - ray.at(hit.t)).length();
         assert!(along <= bound, "{along:e} from the point at t: {hit:?} of {ray:?}");
-        let tolerance = 2.0 * hit.st_error + BOUND;
+        let tolerance = 2.0 * scene.st_error(hit, ray) + BOUND;
         assert!(trimmed.trim.find(hit.st, tolerance).is_some(), "outside the trim: {hit:?} of {ray:?}");
     }
 }

@@ -1,68 +1,128 @@
-//! Leaves: parts of patches small enough that Newton's method provably finds the one hit of most rays.
+//! Leaves: parts of patches small enough that a ray's hits with them are told apart without looking at the patch.
 //!
 //! A leaf is a sub-rectangle of a patch with an affine map of space after which its surface is (u + f, v + g, h) over
-//! -1 <= u, v <= 1, with small f, g and h. Bounds of those and of their slopes decide three things about a ray without
-//! looking at the patch: that it misses, that it has at most one hit, and where that can be.
+//! -1 <= u, v <= 1, with small f, g and h, each a quadratic form of (u, v) and a bounded rest. The bounds hold on a
+//! rectangle [`DOMAIN`] times as large, so that a root just outside the leaf is known to be the one that was isolated.
 
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::math::polygon::{self, Side};
-use crate::patch::{BezierPatch, TrimRegion, TrimmedPatch};
+use crate::patch::{TrimRegion, TrimmedPatch};
 
-/// Slope bound below which a rectangle is not split further.
+use super::local::LocalSpace;
+use super::shape::{Shape, quadratic_range};
+
+/// Slope bound of f, g and h below which a rectangle is not split further.
 ///
-/// A ray has a provably unique hit if slope · (1 + its inclination) is at most 0.8: at 0.2 up to an inclination of 3,
-/// or 18° above the surface in leaf coordinates. On a twisted cube of degree 2 × 2 × 2, 0.12 makes 2,992 leaves and 0.2
-/// makes 384, at the same speed or better; above 0.5 searches by clipping take over.
-const SLOPE: f64 = 0.2;
+/// The bounds on how far the ray's height above the surface is from a quadratic, and on how far its slope is, fall with
+/// the square of the slopes. On a twisted cube of degree 2 × 2 × 2, 0.12 makes 2,992 leaves and 0.2 makes 384.
+const SLOPE: f64 = 0.17;
+
+/// Bounds hold for |u|, |v| up to this: see [`Shape`].
+pub(crate) const DOMAIN: f64 = 1.25;
 
 /// Most halvings of a rectangle: a patch with a cusp or a collapsed edge would be split for ever.
 const MAX_HALVINGS: u32 = 10;
 
+/// Most that the tolerance of the trim's borders grows to, for rays that are all but tangent: a tangent root is off by the
+/// square root of the error across the ray. In local units, in which scenes have a size near 1.
+pub(crate) const TANGENT_TOLERANCE: f64 = 1.5e-8;
+
 /// Leaves overlap by this part of their size, so that a hit on their common border is in at least one.
 const OVERLAP: f64 = 1e-12;
+
+/// Rounding of a [`Cut`]'s value in the leaf's domain: three products and sums of terms below 2, in single precision.
+const CUT_ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
 
 /// The loops of the trim that matter in a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cover {
     /// The leaf is inside this loop.
     Inside(u32),
-    /// Borders cross the leaf; the loops are a range of the list of all leaves.
+    /// Borders cross the leaf; they are a range of the list of all leaves' cuts.
     Crossed { start: u32, end: u32 },
 }
 
+/// The line of a trim's edge in a leaf; those of one loop follow one another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Cut {
+    /// The loop's side is where normal · (u, v) + offset >= 0; the absolute values of the normal sum to 1.
+    pub(crate) normal: [f32; 2],
+    pub(crate) offset: f32,
+    /// Index of the loop in its patch.
+    pub(crate) trim_loop: u32,
+}
+
 /// A part of a patch, ready for rays.
+///
+/// In single precision, for caches' sake: the affine map and the quadratic forms are what they are after rounding, and
+/// the bounds are made for them so and rounded up.
 #[derive(Clone, Debug)]
 pub(crate) struct Leaf {
+    /// Rows of the linear map from local to leaf coordinates, and the local point that it makes the origin.
+    pub(crate) to_leaf: [[f32; 3]; 3],
+    pub(crate) centre: [f32; 3],
+    /// Bounds of the trimmed surface in leaf coordinates.
+    pub(crate) low: [f32; 3],
+    pub(crate) high: [f32; 3],
+    /// Coefficients of u², u v and v² in f, g and h.
+    pub(crate) forms: [[f32; 3]; 3],
+    /// Coefficients of x³, x² y, x y², y³ in the height of the surface above (x, y).
+    pub(crate) cubic: [f32; 4],
+    /// Bound on the difference between that height and the sum of h's quadratic form and the cubic one.
+    pub(crate) height_error: f32,
+    /// The same of their slopes along x and y.
+    pub(crate) slope_error: [f32; 2],
+    /// Bound on the difference between (u, v) and (x, y) less the forms of f and g at (x, y).
+    pub(crate) place_error: f32,
+    /// Roots with |u| and |v| up to this are told apart by the bounds.
+    pub(crate) domain: f32,
+    /// 1 and the greatest slope of f and g: how far (u, v) moves with (x, y).
+    pub(crate) stretch: f32,
+    /// Rounding of leaf coordinates for each unit of rounding in local ones.
+    pub(crate) steepness: f32,
+    /// Within this of a cut or a side of the rectangle, (u, v) in single precision decides nothing; farther than this
+    /// outside there is no hit, rounding included but for that of the ray.
+    pub(crate) border: f32,
+    /// The middle of the rectangle in the patch's unit square and half its sides.
+    pub(crate) middle: [f64; 2],
+    pub(crate) half: [f64; 2],
     /// Index of the patch in the scene's list.
     pub(crate) patch: u32,
     pub(crate) cover: Cover,
-    /// The rectangle in the patch's unit square.
-    pub(crate) low: DVec2,
-    pub(crate) high: DVec2,
-    /// How far outside the rectangle a hit still counts: for overlap and rounding.
-    pub(crate) margin: DVec2,
-    /// A point of the surface, the origin of the leaf's coordinates.
-    pub(crate) centre: DVec3,
-    /// From offsets in the world to leaf coordinates (u, v, h).
-    pub(crate) to_leaf: DMat3,
-    /// Bounds of the surface in leaf coordinates, margins included.
-    pub(crate) reach: [DVec3; 2],
-    /// For each of f, g and h a bound of |∂/∂u| + |∂/∂v|; infinite where nothing can be proved.
-    pub(crate) slopes: DVec3,
-    /// Rounding of leaf coordinates for each unit of offset in the world.
-    pub(crate) rounding: f64,
 }
 
-/// Leaves of a patch with the boxes of their surfaces.
-pub(crate) struct LeafBuilder<'a> {
+impl Leaf {
+    /// Whether the bounds prove anything; without them every ray is given to clipping.
+    pub(crate) fn is_proven(&self) -> bool {
+        self.height_error.is_finite()
+    }
+
+    /// Lowest and highest corner in the patch's unit square.
+    pub(crate) fn rectangle(&self) -> [DVec2; 2] {
+        let (middle, half) = (DVec2::from_array(self.middle), DVec2::from_array(self.half));
+        let reach = half * (1.0 + f64::from(self.border));
+        [middle - reach, middle + reach]
+    }
+}
+
+/// What leaves of all patches are collected into.
+#[derive(Debug, Default)]
+pub(crate) struct Leaves {
+    pub(crate) leaves: Vec<Leaf>,
+    pub(crate) cuts: Vec<Cut>,
+    /// Boxes of the leaves in local coordinates.
+    pub(crate) boxes: Vec<[DVec3; 2]>,
+}
+
+/// A patch being split into leaves.
+struct Splitter<'a> {
     patch: u32,
     trimmed: &'a TrimmedPatch,
-    /// Bound on the error of the surface and its border in the world.
+    space: &'a LocalSpace,
+    /// Bound on the error of the surface and its border, in local units.
     error: f64,
-    leaves: &'a mut Vec<Leaf>,
-    boxes: &'a mut Vec<[DVec3; 2]>,
-    loops: &'a mut Vec<u32>,
+    into: &'a mut Leaves,
 }
 
 /// A rectangle with its surface in leaf coordinates.
@@ -71,54 +131,39 @@ struct Candidate {
     high: DVec2,
     /// What of each loop is in the rectangle.
     inside: Vec<(u32, Vec<DVec2>)>,
-    sub: BezierPatch,
     shape: Shape,
 }
 
-/// The surface of a rectangle in leaf coordinates.
-struct Shape {
-    centre: DVec3,
-    to_leaf: DMat3,
-    reach: [DVec3; 2],
-    slopes: DVec3,
-}
-
-impl<'a> LeafBuilder<'a> {
-    /// Splits a patch into leaves; appends leaves, boxes, and the loops of leaves that borders cross.
-    ///
-    /// `error` bounds the rounding of the surface and of its border in the world.
-    pub(crate) fn split(
-        patch: u32,
-        trimmed: &'a TrimmedPatch,
-        error: f64,
-        (leaves, boxes, loops): (&'a mut Vec<Leaf>, &'a mut Vec<[DVec3; 2]>, &'a mut Vec<u32>),
-    ) {
-        let mut builder = Self { patch, trimmed, error, leaves, boxes, loops };
+impl Leaves {
+    /// Splits a patch into leaves. `error` bounds the rounding of the surface and of its border in the world.
+    pub(crate) fn add(&mut self, patch: u32, trimmed: &TrimmedPatch, error: f64, space: &LocalSpace) {
+        let mut splitter = Splitter { patch, trimmed, space, error: space.length(error), into: self };
         let all =
             (0..).zip(trimmed.trim.loops()).map(|(i, l)| (i, trimmed.trim.corners(l).to_vec())).collect();
-        if let Some(candidate) = builder.candidate(all) {
-            builder.add(candidate, 0);
+        if let Some(candidate) = splitter.candidate(all) {
+            splitter.split(candidate, 0);
         }
     }
+}
 
+impl Splitter<'_> {
     /// The rectangle around parts of loops; `None` if there are none.
     fn candidate(&self, inside: Vec<(u32, Vec<DVec2>)>) -> Option<Candidate> {
         let [low, high] = polygon::bounds(inside.iter().flat_map(|(_, corners)| corners.iter().copied()))?;
-        let sub = self.trimmed.patch.subpatch(low, high);
-        let shape = Shape::of(&sub);
-        Some(Candidate { low, high, inside, sub, shape })
+        let shape = Shape::of(&self.trimmed.patch, [low, high], self.space);
+        Some(Candidate { low, high, inside, shape })
     }
 
-    fn add(&mut self, candidate: Candidate, halvings: u32) {
+    fn split(&mut self, candidate: Candidate, halvings: u32) {
         let size = candidate.high - candidate.low;
         let splittable = halvings < MAX_HALVINGS && size.min_element() > 0.0;
-        if candidate.shape.steepest() > SLOPE && splittable && !candidate.sub.is_rational() {
+        if candidate.shape.steepest() > SLOPE && splittable && !self.trimmed.patch.is_rational() {
             let [by_s, by_t] = [0, 1].map(|axis| self.halves(&candidate, axis));
-            let steepest =
-                |halves: &[Candidate]| halves.iter().map(|c| c.shape.steepest()).fold(0.0, f64::max);
-            let halves = if steepest(&by_s) <= steepest(&by_t) { by_s } else { by_t };
+            // the sum, not the greatest: often one half keeps the slopes of the whole
+            let cost = |halves: &[Candidate]| halves.iter().map(|c| c.shape.steepest()).sum::<f64>();
+            let halves = if cost(&by_s) <= cost(&by_t) { by_s } else { by_t };
             for half in halves {
-                self.add(half, halvings + 1);
+                self.split(half, halvings + 1);
             }
             return;
         }
@@ -142,102 +187,142 @@ impl<'a> LeafBuilder<'a> {
     }
 
     fn push(&mut self, candidate: &Candidate) {
-        let Candidate { low, high, shape, sub, inside } = candidate;
-        let size = *high - *low;
-        let rows = [0, 1, 2].map(|row| shape.to_leaf.row(row));
-        let steepest_row = rows.iter().map(|row| row.length()).fold(0.0, f64::max);
+        let Candidate { low, high, shape, inside } = candidate;
+        let (middle, half) = (0.5 * (*low + *high), 0.5 * (*high - *low));
+        let steepness = (0..3).map(|row| shape.to_leaf.row(row).length()).fold(0.0, f64::max);
         // across a ray that a proof is made for, an error moves the hit by twice its length in leaf coordinates at most
-        let in_leaf = OVERLAP + 8.0 * self.error * steepest_row;
-        let margin = 0.5 * in_leaf * size + 4.0 * f64::EPSILON;
-        let [a, b] = shape.reach;
-        let cover = self.cover(inside, *low, *high);
-        self.leaves.push(Leaf {
+        let slack = OVERLAP + 8.0 * self.error * steepness;
+        let smallest = half.min_element().max(f64::MIN_POSITIVE);
+        let border = CUT_ROUNDING + 2.0 * TANGENT_TOLERANCE * steepness + 8.0 * f64::EPSILON / smallest;
+        let corners = inside.iter().flat_map(|(_, corners)| corners).map(|&st| (st - middle) / half);
+        let (reach, world) = self.reach(candidate, corners, slack + border);
+        let cover = self.cover(candidate);
+        self.into.leaves.push(Leaf {
+            to_leaf: [0, 1, 2].map(|row| single(shape.to_leaf.row(row))),
+            centre: single(shape.centre),
+            low: [0, 1, 2].map(|axis| down(reach[0][axis])),
+            high: [0, 1, 2].map(|axis| up(reach[1][axis])),
+            forms: shape.forms,
+            cubic: shape.cubic,
+            height_error: up(shape.height_error + 4.0 * slack),
+            slope_error: shape.slope_error.to_array().map(|error| up(error + 4.0 * slack)),
+            place_error: up(shape.place_error + 4.0 * slack),
+            domain: down(shape.domain),
+            stretch: up(shape.stretch),
+            steepness: up(steepness),
+            border: up(border),
+            middle: middle.to_array(),
+            half: half.to_array(),
             patch: self.patch,
             cover,
-            low: *low,
-            high: *high,
-            margin,
-            centre: shape.centre,
-            to_leaf: shape.to_leaf,
-            reach: [a - 4.0 * in_leaf, b + 4.0 * in_leaf],
-            slopes: shape.slopes,
-            rounding: 16.0 * f64::EPSILON * steepest_row,
         });
-        let [low, high] = sub.hull_bounds();
-        let pad = 8.0 * self.error + 4.0 * OVERLAP * (high - low).length();
-        self.boxes.push([low - pad, high + pad]);
+        self.into.boxes.push(world);
     }
 
-    fn cover(&mut self, inside: &[(u32, Vec<DVec2>)], low: DVec2, high: DVec2) -> Cover {
-        let rectangle = [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
+    /// Bounds of the surface over the trim's parts, whose corners are given in (u, v): in leaf coordinates and in local
+    /// ones.
+    fn reach(
+        &self,
+        candidate: &Candidate,
+        corners: impl Iterator<Item = DVec2>,
+        slack: f64,
+    ) -> ([DVec3; 2], [DVec3; 2]) {
+        let shape = &candidate.shape;
+        let pad = 8.0 * self.error + 4.0 * OVERLAP + 2.0 * TANGENT_TOLERANCE;
+        if !shape.is_proven() {
+            let [low, high] = shape.hull(&self.trimmed.patch, [candidate.low, candidate.high], self.space);
+            let pad = pad * (1.0 + (high - low).length());
+            return (shape.reach_of_box([low - pad, high + pad]), [low - pad, high + pad]);
+        }
+        let ranges = [0, 1, 2].map(|part| quadratic_range(shape.forms[part]).map(f64::from));
+        let least = DVec3::from_array(ranges.map(|range| range[0])) - shape.rest - 4.0 * slack;
+        let greatest = DVec3::from_array(ranges.map(|range| range[1])) + shape.rest + 4.0 * slack;
+        let from_leaf = shape.to_leaf.inverse();
+        let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let (mut leaf, mut local) = (empty, empty);
+        for corner in corners {
+            let flat = corner.extend(0.0);
+            leaf = [leaf[0].min(flat), leaf[1].max(flat)];
+            let flat = from_leaf * flat;
+            local = [local[0].min(flat), local[1].max(flat)];
+        }
+        let leaf = [leaf[0] + least, leaf[1] + greatest];
+        // the box of the image of a box
+        let (middle, half) = (0.5 * (least + greatest), 0.5 * (greatest - least));
+        let spread = DMat3::from_cols(from_leaf.x_axis.abs(), from_leaf.y_axis.abs(), from_leaf.z_axis.abs());
+        let (middle, half) = (shape.centre + from_leaf * middle, spread * half + pad);
+        (leaf, [local[0] + middle - half, local[1] + middle + half])
+    }
+
+    fn cover(&mut self, candidate: &Candidate) -> Cover {
+        let Candidate { low, high, inside, .. } = candidate;
         let trim: &TrimRegion = &self.trimmed.trim;
-        let around = inside.iter().find(|(index, _)| {
-            let trim_loop = &trim.loops()[*index as usize];
-            rectangle.iter().all(|&corner| trim.holds(trim_loop, corner, DVec2::ZERO))
-        });
-        if let Some((index, _)) = around {
-            return Cover::Inside(*index);
-        }
-        let count =
-            |loops: &Vec<u32>| u32::try_from(loops.len()).expect("fewer than 2^32 loops fit in memory");
-        let start = count(self.loops);
-        self.loops.extend(inside.iter().map(|(index, _)| index));
-        Cover::Crossed { start, end: count(self.loops) }
-    }
-}
-
-impl Shape {
-    /// The affine map that makes the surface's middle the origin and its partials there the first two axes, and the
-    /// bounds under it. A surface without a normal in its middle, or a rational one, gets bounds but no slopes.
-    fn of(sub: &BezierPatch) -> Self {
-        let middle = sub.eval(DVec2::splat(0.5));
-        let (by_u, by_v) = (0.5 * middle.dp_ds, 0.5 * middle.dp_dt);
-        let normal = by_u.cross(by_v);
-        let height = normal.normalize_or_zero() * (by_u.length() * by_v.length()).sqrt();
-        let to_leaf = DMat3::from_cols(by_u, by_v, height).inverse();
-        let usable = normal.length() > 1e-6 * by_u.length() * by_v.length() && to_leaf.is_finite();
-        let (to_leaf, provable) =
-            if usable { (to_leaf, !sub.is_rational()) } else { (fallback_axes(sub), false) };
-        let [m, n] = sub.degree();
-        let points: Vec<DVec3> = sub
-            .control_points()
-            .iter()
-            .map(|point| to_leaf * (point.truncate() / point.w - middle.position))
-            .collect();
-        let reach = points
-            .iter()
-            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], &p| [low.min(p), high.max(p)]);
-        let slopes = if provable { slopes(&points, m, n) } else { DVec3::INFINITY };
-        Self { centre: middle.position, to_leaf, reach, slopes }
-    }
-
-    fn steepest(&self) -> f64 {
-        self.slopes.max_element()
-    }
-}
-
-/// Leaf coordinates along the world's axes, of the control points' size.
-fn fallback_axes(sub: &BezierPatch) -> DMat3 {
-    let [low, high] = sub.hull_bounds();
-    let size = (0.5 * (high - low).max_element()).max(f64::MIN_POSITIVE);
-    DMat3::from_diagonal(DVec3::splat(1.0 / size))
-}
-
-/// For f, g and h, bounds of |∂/∂u| + |∂/∂v| from the differences of control points (u, v, h).
-fn slopes(points: &[DVec3], m: usize, n: usize) -> DVec3 {
-    let (mut by_u, mut by_v) = (DVec3::ZERO, DVec3::ZERO);
-    for i in 0..=m {
-        for j in 0..=n {
-            let here = points[i * (n + 1) + j];
-            if i < m {
-                let slope = 0.5 * m as f64 * (points[(i + 1) * (n + 1) + j] - here) - DVec3::X;
-                by_u = by_u.max(slope.abs());
-            }
-            if j < n {
-                let slope = 0.5 * n as f64 * (points[i * (n + 1) + j + 1] - here) - DVec3::Y;
-                by_v = by_v.max(slope.abs());
+        let all = &mut self.into.cuts;
+        let count = |cuts: &Vec<Cut>| u32::try_from(cuts.len()).expect("fewer than 2^32 cuts fit in memory");
+        let start = count(all);
+        for (index, _) in inside {
+            let before = all.len();
+            all.extend(cuts(trim.corners(&trim.loops()[*index as usize]), [*low, *high], *index));
+            if all.len() == before {
+                all.truncate(start as usize);
+                return Cover::Inside(*index);
             }
         }
+        Cover::Crossed { start, end: count(all) }
     }
-    by_u + by_v
+}
+
+/// The edges of a loop that cross a rectangle, in the rectangle's (u, v).
+fn cuts(corners: &[DVec2], [low, high]: [DVec2; 2], trim_loop: u32) -> impl Iterator<Item = Cut> {
+    let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    (0..corners.len()).filter_map(move |i| {
+        let (from, to) = ((corners[i] - middle) / half, (corners[(i + 1) % corners.len()] - middle) / half);
+        let normal = (to - from).perp();
+        let size = normal.abs().element_sum();
+        // an edge along a side of the rectangle cuts nothing; one without length has a normal of NaN, and is none either
+        let normal = normal / size;
+        let offset = -normal.dot(from);
+        let least = offset - normal.abs().element_sum();
+        (least < -16.0 * f64::EPSILON).then(|| Cut {
+            normal: single2(normal),
+            offset: nearest(offset),
+            trim_loop,
+        })
+    })
+}
+
+fn single(v: DVec3) -> [f32; 3] {
+    v.to_array().map(nearest)
+}
+
+fn single2(v: DVec2) -> [f32; 2] {
+    v.to_array().map(nearest)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "rounding to single precision is the purpose")]
+pub(crate) fn nearest(x: f64) -> f32 {
+    x as f32
+}
+
+/// The least single-precision number not below `x`.
+pub(crate) fn up(x: f64) -> f32 {
+    let nearest = nearest(x);
+    if f64::from(nearest) < x { nearest.next_up() } else { nearest }
+}
+
+/// The greatest single-precision number not above `x`.
+pub(crate) fn down(x: f64) -> f32 {
+    -up(-x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_is_outward() {
+        for x in [0.1, -0.1, 1e-50, -1e-50, 16_777_217.0, 0.0, 1.0] {
+            assert!(f64::from(down(x)) <= x && f64::from(up(x)) >= x, "{x}");
+        }
+    }
 }

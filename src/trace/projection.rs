@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, DVec4};
 
-use crate::math::bernstein::basis_with_derivatives;
+use crate::math::bernstein::{MAX_ORDER, basis};
 use crate::math::rounding::gamma;
 use crate::patch::BezierPatch;
 
@@ -106,8 +106,8 @@ impl ProjectedNet {
 
 /// Value and partials of a net at any real parameters.
 pub(crate) fn eval_net(points: &[DVec2], [m, n]: [usize; 2], st: DVec2) -> ProjectedPoint {
-    let along_s = basis_with_derivatives(m, st.x);
-    let along_t = basis_with_derivatives(n, st.y);
+    let along_s = basis::<MAX_ORDER, f64>(m, st.x);
+    let along_t = basis::<MAX_ORDER, f64>(n, st.y);
     let mut sum = ProjectedPoint { value: DVec2::ZERO, by_s: DVec2::ZERO, by_t: DVec2::ZERO };
     for (i, row) in points.chunks_exact(n + 1).enumerate() {
         let (mut value, mut slope) = (DVec2::ZERO, DVec2::ZERO);

@@ -2,21 +2,22 @@
 
 use std::cell::RefCell;
 
+use fearless_simd::{Level, dispatch};
 use glam::{DVec2, DVec3};
 
 use crate::math::rounding::gamma;
-use crate::patch::{PatchPoint, TrimLoop, TrimRegion, TrimmedPatch};
+use crate::patch::{BezierPatch, PatchPoint, TrimLoop, TrimRegion, TrimmedPatch};
 
 use super::bvh::{Bvh, Stack};
-use super::dispatch::run_widest;
 use super::interaction::{Geometry, SurfaceInteraction};
-use super::leaf::{Cover, Leaf, LeafBuilder};
-use super::leaf_test::{LeafOutcome, polish, test_leaf};
+use super::leaf::{Cover, Cut, Leaf, Leaves, TANGENT_TOLERANCE};
+use super::local::LocalSpace;
+use super::packet::{self, PACKET};
 use super::projection::{AcrossRay, ProjectedNet};
-use super::query::{All, Any, Closest};
+use super::query;
 use super::ray::Ray;
-use super::search::{PatchRoot, SearchScratch, find_roots};
-use super::statistics::TraceStatistics;
+use super::search::{SearchScratch, find_roots};
+use super::statistics::{AccelerationStatistics, TraceStatistics};
 
 /// Rounded operations of evaluating a patch's point: two passes of at most 13 products and sums, the basis, the
 /// division by the weight.
@@ -60,8 +61,6 @@ pub struct PatchHit {
     pub patch: u32,
     /// Parameters in the patch.
     pub st: DVec2,
-    /// Bound on their error, by rounding.
-    pub st_error: DVec2,
     /// Index of the input face.
     pub face: u32,
     /// Index of the prepared polygon.
@@ -74,7 +73,7 @@ pub struct PatchHit {
 
 /// What the solver needs to know of a patch besides its control points.
 #[derive(Clone, Copy, Debug)]
-struct PatchReference {
+pub(super) struct PatchReference {
     object: u32,
     patch: u32,
     /// Greatest length of (w x, w y, w z).
@@ -89,24 +88,26 @@ pub struct TracedScene {
     objects: Vec<TracedObject>,
     references: Vec<PatchReference>,
     leaves: Vec<Leaf>,
-    /// The loops of leaves that borders cross, as indices into their patch's loops.
-    leaf_loops: Vec<u32>,
+    cuts: Vec<Cut>,
     bvh: Bvh,
+    space: LocalSpace,
+    /// The processor's vectors.
+    level: Level,
 }
 
 /// Buffers and counts of one thread.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
-    stack: Stack,
-    solver: Solver,
+    pub(super) stack: Stack,
+    pub(super) solver: Solver,
 }
 
 /// Buffers and counts of the search for roots.
 #[derive(Debug, Default)]
-struct Solver {
+pub(super) struct Solver {
     net: ProjectedNet,
     search: SearchScratch,
-    statistics: TraceStatistics,
+    pub(super) statistics: TraceStatistics,
 }
 
 thread_local! {
@@ -116,27 +117,28 @@ thread_local! {
 impl TracedScene {
     /// Builds the acceleration structure over all patches.
     pub fn new(objects: Vec<TracedObject>) -> Self {
+        let patches = objects.iter().flat_map(|object| &object.patches);
+        let hulls = patches.flat_map(|trimmed| trimmed.patch.hull_bounds());
+        let all =
+            hulls.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
+        let space = LocalSpace::around(all);
         let mut references = Vec::new();
-        let (mut leaves, mut boxes, mut leaf_loops) = (Vec::new(), Vec::new(), Vec::new());
+        let mut leaves = Leaves::default();
         for (object, traced) in (0..).zip(&objects) {
             for (patch, trimmed) in (0..).zip(&traced.patches) {
-                let points = trimmed.patch.control_points();
-                let weights = points.iter().map(|point| point.w);
-                let reference = PatchReference {
-                    object,
-                    patch,
-                    magnitude: points.iter().map(|point| point.truncate().length()).fold(0.0, f64::max),
-                    greatest_weight: weights.clone().fold(0.0, f64::max),
-                    least_weight: weights.fold(f64::INFINITY, f64::min),
-                };
+                let reference = PatchReference::of(object, patch, trimmed);
                 let number = u32::try_from(references.len()).expect("fewer than 2^32 patches fit in memory");
                 let error = reference.position_error() + trimmed.boundary_error;
-                LeafBuilder::split(number, trimmed, error, (&mut leaves, &mut boxes, &mut leaf_loops));
+                leaves.add(number, trimmed, error, &space);
                 references.push(reference);
             }
         }
+        let Leaves { mut leaves, mut cuts, boxes } = leaves;
         let bvh = Bvh::build(&boxes);
-        Self { objects, references, leaves, leaf_loops, bvh }
+        leaves.shrink_to_fit();
+        cuts.shrink_to_fit();
+        references.shrink_to_fit();
+        Self { objects, references, leaves, cuts, bvh, space, level: Level::new() }
     }
 
     /// The objects.
@@ -144,11 +146,18 @@ impl TracedScene {
         &self.objects
     }
 
-    /// Leaves, nodes and bytes of the acceleration structure.
-    pub fn acceleration(&self) -> (usize, usize, usize) {
-        let bytes =
-            size_of_val(&*self.leaves) + size_of_val(&*self.leaf_loops) + size_of_val(&*self.references);
-        (self.leaves.len(), self.bvh.nodes(), self.bvh.bytes() + bytes)
+    /// What the acceleration structure is made of.
+    pub fn acceleration(&self) -> AccelerationStatistics {
+        let bytes = size_of_val(&*self.leaves) + size_of_val(&*self.cuts) + size_of_val(&*self.references);
+        let leaves = self.leaves.len();
+        let inside = self.leaves.iter().filter(|leaf| matches!(leaf.cover, Cover::Inside(_))).count();
+        AccelerationStatistics {
+            leaves,
+            leaves_inside: inside,
+            leaves_crossed: leaves - inside,
+            nodes: self.bvh.nodes(),
+            bytes: self.bvh.bytes() + bytes,
+        }
     }
 
     /// Lowest and highest corner of a box around one object's surface; not the tightest.
@@ -169,129 +178,103 @@ impl TracedScene {
         SCRATCH.with_borrow_mut(|scratch| std::mem::take(&mut scratch.solver.statistics))
     }
 
+    /// Runs work on the calling thread and gives what it counted; a call around this one counts it too.
+    ///
+    /// The work must not be shared among threads in turn: each counts for itself.
+    pub fn counting<T>(work: impl FnOnce() -> T) -> (T, TraceStatistics) {
+        let before = Self::take_statistics();
+        let result = work();
+        let counted = Self::take_statistics();
+        SCRATCH.with_borrow_mut(|scratch| {
+            scratch.solver.statistics = before;
+            scratch.solver.statistics += counted;
+        });
+        (result, counted)
+    }
+
     /// The nearest hit.
     pub fn closest(&self, ray: &Ray) -> Option<PatchHit> {
-        SCRATCH.with_borrow_mut(|scratch| run_widest(Closest { scene: self, ray, scratch }))
+        SCRATCH.with_borrow_mut(
+            |scratch| dispatch!(self.level, simd => query::closest(simd, self, ray, scratch)),
+        )
     }
 
     /// All hits, sorted along the ray.
     pub fn all(&self, ray: &Ray) -> Vec<PatchHit> {
-        SCRATCH.with_borrow_mut(|scratch| run_widest(All { scene: self, ray, scratch }))
+        SCRATCH.with_borrow_mut(|scratch| dispatch!(self.level, simd => query::all(simd, self, ray, scratch)))
     }
 
-    /// The hit after a last Newton step on the exact patch.
-    pub(super) fn polished(&self, hit: PatchHit, ray: &Ray) -> PatchHit {
-        if hit.tangent {
-            return hit;
-        }
-        let trimmed = &self.objects[hit.object as usize].patches[hit.patch as usize];
-        let (st, t) = polish(&trimmed.patch, ray, hit.st);
-        PatchHit { st, t, ..hit }
+    /// The nearest hits of rays, the same as by [`Self::closest`] for each.
+    ///
+    /// Consecutive rays that go close together, as those of neighbouring pixels do, are traced at a fraction of the cost.
+    ///
+    /// # Panics
+    /// If there are not as many places for hits as rays.
+    pub fn closest_of_each(&self, rays: &[Ray], hits: &mut [Option<PatchHit>]) {
+        assert_eq!(rays.len(), hits.len(), "a place for each ray's hit");
+        SCRATCH.with_borrow_mut(|scratch| {
+            for chunk in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
+                dispatch!(self.level, simd => packet::closest(simd, self, chunk, scratch));
+            }
+        });
     }
 
-    /// Calls `accept` with every hit of the leaves met on the way; it returns the new greatest `t`.
-    #[inline(always)]
-    pub(super) fn visit<const WIDE: bool>(
-        &self,
-        ray: &Ray,
-        scratch: &mut Scratch,
-        mut accept: impl FnMut(PatchHit, f64) -> f64,
-    ) {
-        let Scratch { stack, solver } = scratch;
-        solver.statistics.rays += 1;
-        self.bvh.traverse(ray, stack, |index, t_max| self.visit_leaf(index, ray, solver, t_max, &mut accept));
+    /// For each ray whether it hits anything, as [`Geometry::any_hit`] says.
+    ///
+    /// # Panics
+    /// If there are not as many places for answers as rays.
+    pub fn any_of_each(&self, rays: &[Ray], found: &mut [bool]) {
+        assert_eq!(rays.len(), found.len(), "a place for each ray's answer");
+        SCRATCH.with_borrow_mut(|scratch| {
+            for chunk in rays.chunks(PACKET).zip(found.chunks_mut(PACKET)) {
+                dispatch!(self.level, simd => packet::any(simd, self, chunk, scratch));
+            }
+        });
     }
 
-    /// One leaf of [`Self::visit`].
-    #[inline(always)]
-    fn visit_leaf(
-        &self,
-        index: usize,
-        ray: &Ray,
-        solver: &mut Solver,
-        mut t_max: f64,
-        accept: &mut impl FnMut(PatchHit, f64) -> f64,
-    ) -> f64 {
-        let target = self.target(index);
-        let Target { leaf, reference, trimmed } = target;
-        solver.statistics.leaf_tests += 1;
-        let outcome = test_leaf(leaf, &trimmed.patch, ray, t_max, &mut solver.statistics.newton_steps);
-        let mut report = |hit: Option<PatchHit>| {
-            if let Some(hit) = hit.filter(|hit| hit.t > ray.t_min && hit.t < ray.t_max && hit.t <= t_max) {
-                t_max = accept(hit, t_max);
-            }
-        };
-        match outcome {
-            LeafOutcome::Miss => {}
-            LeafOutcome::Hit(hit) => {
-                let root = PatchRoot { st: hit.st, sensitivity: hit.sensitivity, degenerate: false };
-                let error = reference.position_error() + trimmed.boundary_error;
-                report(self.trimmed_hit(&target, root, hit.t, error, &mut solver.statistics));
-            }
-            LeafOutcome::Undecided => {
-                clip_leaf(&target, ray, solver);
-                let across = solver.net.rounding / reference.least_weight;
-                let error = (across + trimmed.boundary_error) * reference.greatest_weight;
-                for &root in &solver.search.roots {
-                    let position = trimmed.patch.eval(root.st).position;
-                    let t = (position - ray.origin).dot(ray.direction) / ray.direction.length_squared();
-                    report(self.trimmed_hit(&target, root, t, error, &mut solver.statistics));
-                }
-            }
-        }
-        t_max
+    pub(super) fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    pub(super) fn space(&self) -> &LocalSpace {
+        &self.space
     }
 
     #[inline(always)]
-    fn target(&self, leaf: usize) -> Target<'_> {
+    pub(super) fn leaf(&self, index: usize) -> &Leaf {
+        &self.leaves[index]
+    }
+
+    #[inline(always)]
+    pub(super) fn target(&self, leaf: usize) -> Target<'_> {
         let leaf = &self.leaves[leaf];
         let reference = &self.references[leaf.patch as usize];
         let trimmed = &self.objects[reference.object as usize].patches[reference.patch as usize];
-        Target { leaf, reference, trimmed }
+        let cuts = match leaf.cover {
+            Cover::Inside(_) => &[],
+            Cover::Crossed { start, end } => &self.cuts[start as usize..end as usize],
+        };
+        Target { leaf, cuts, reference, trimmed, space: &self.space }
     }
 
-    /// The hit of a root, if it is inside the trim.
-    #[inline(always)]
-    fn trimmed_hit(
-        &self,
-        target: &Target<'_>,
-        root: PatchRoot,
-        t: f64,
-        error: f64,
-        statistics: &mut TraceStatistics,
-    ) -> Option<PatchHit> {
-        let Target { leaf, reference, trimmed: TrimmedPatch { trim, .. } } = target;
-        let st_error = root.tolerance(error);
-        let (trim_loop, on_border) = match leaf.cover {
-            Cover::Inside(index) => (&trim.loops()[index as usize], false),
-            Cover::Crossed { start, end } => {
-                let loops = &self.leaf_loops[start as usize..end as usize];
-                let Some(found) = find_loop(trim, loops, root.st, st_error) else {
-                    statistics.trimmed += 1;
-                    return None;
-                };
-                found
-            }
-        };
-        statistics.on_border += u64::from(on_border);
-        Some(PatchHit {
-            t,
-            object: reference.object,
-            patch: reference.patch,
-            st: root.st,
-            st_error,
-            face: trim_loop.face,
-            polygon: trim_loop.polygon,
-            tangent: root.degenerate,
-            on_border,
-        })
+    fn reference(&self, hit: &PatchHit) -> &PatchReference {
+        let first = self.references.partition_point(|r| (r.object, r.patch) < (hit.object, hit.patch));
+        &self.references[first]
+    }
+
+    /// How far off the parameters of a ray's hit may be, for rounding.
+    pub fn st_error(&self, hit: &PatchHit, ray: &Ray) -> DVec2 {
+        let reference = self.reference(hit);
+        let trimmed = &self.objects[hit.object as usize].patches[hit.patch as usize];
+        let target = Target { leaf: &self.leaves[0], cuts: &[], reference, trimmed, space: &self.space };
+        target.tolerance(hit.st, ray)
     }
 
     /// Everything shading needs of a hit.
     pub fn interaction(&self, hit: &PatchHit) -> SurfaceInteraction {
         let object = &self.objects[hit.object as usize];
         let trimmed = &object.patches[hit.patch as usize];
-        let point = trimmed.patch.eval_fixed(hit.st);
+        let point = trimmed.patch.eval(hit.st);
         let rest = trimmed.frame.point(hit.st);
         SurfaceInteraction {
             t: hit.t,
@@ -310,35 +293,153 @@ impl TracedScene {
     }
 
     fn position_error(&self, hit: &PatchHit) -> f64 {
-        let first = self.references.partition_point(|r| (r.object, r.patch) < (hit.object, hit.patch));
-        self.references[first].position_error()
+        self.reference(hit).position_error()
     }
 }
 
 /// A leaf with its patch.
 #[derive(Clone, Copy)]
-struct Target<'a> {
-    leaf: &'a Leaf,
-    reference: &'a PatchReference,
-    trimmed: &'a TrimmedPatch,
+pub(super) struct Target<'a> {
+    pub(super) leaf: &'a Leaf,
+    pub(super) cuts: &'a [Cut],
+    pub(super) reference: &'a PatchReference,
+    pub(super) trimmed: &'a TrimmedPatch,
+    space: &'a LocalSpace,
 }
 
-/// All roots of a leaf by Bézier clipping, into the solver's buffer.
-#[cold]
-#[inline(never)]
-fn clip_leaf(target: &Target<'_>, ray: &Ray, solver: &mut Solver) {
-    let Target { leaf, reference, trimmed } = target;
+/// A root in a leaf, before trimming.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LeafRoot {
+    pub(super) st: DVec2,
+    pub(super) t: f64,
+    /// Whether the ray is tangent there, within rounding.
+    pub(super) tangent: bool,
+}
+
+impl Target<'_> {
+    /// The hit of a root that is inside a loop.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "an index, kept as a number of a lane"
+    )]
+    #[inline(always)]
+    pub(super) fn hit(&self, root: &LeafRoot, trim_loop: f64) -> PatchHit {
+        let trim_loop = &self.trimmed.trim.loops()[trim_loop as usize];
+        self.hit_in_loop(root, trim_loop, false)
+    }
+
+    #[inline(always)]
+    fn hit_in_loop(&self, root: &LeafRoot, trim_loop: &TrimLoop, on_border: bool) -> PatchHit {
+        PatchHit {
+            t: root.t,
+            object: self.reference.object,
+            patch: self.reference.patch,
+            st: root.st,
+            face: trim_loop.face,
+            polygon: trim_loop.polygon,
+            tangent: root.tangent,
+            on_border,
+        }
+    }
+
+    /// The hit of a root near an edge of the trim, if it is inside or within rounding of it.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn hit_near_border(
+        &self,
+        ray: &Ray,
+        root: &LeafRoot,
+        statistics: &mut TraceStatistics,
+    ) -> Option<PatchHit> {
+        let tolerance = self.tolerance(root.st, ray);
+        let found = match self.leaf.cover {
+            Cover::Inside(trim_loop) => {
+                find_loop(&self.trimmed.trim, std::iter::once(trim_loop), root.st, tolerance)
+            }
+            Cover::Crossed { .. } => {
+                let loops =
+                    self.cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop).map(|cuts| cuts[0].trim_loop);
+                find_loop(&self.trimmed.trim, loops, root.st, tolerance)
+            }
+        };
+        let Some((trim_loop, on_border)) = found else {
+            statistics.trimmed += 1;
+            return None;
+        };
+        statistics.on_border += u64::from(on_border);
+        Some(self.hit_in_loop(root, trim_loop, on_border))
+    }
+
+    /// How far off a root's parameters may be, for the errors of the ray, the surface and its border.
+    ///
+    /// An error across the ray moves the root by that over the sine of the angle between ray and surface; no farther than
+    /// [`TANGENT_TOLERANCE`], however, along the surface.
+    fn tolerance(&self, st: DVec2, ray: &Ray) -> DVec2 {
+        let point = self.trimmed.patch.eval(st);
+        let normal = point.dp_ds.cross(point.dp_dt);
+        let way = ray.direction.normalize();
+        let across = DVec2::new(point.dp_dt.cross(way).length(), point.dp_ds.cross(way).length());
+        let along = DVec2::new(point.dp_dt.length(), point.dp_ds.length());
+        let error = self.reference.position_error()
+            + self.trimmed.boundary_error
+            + 4.0 * f64::EPSILON * (ray.origin.abs().element_sum() + self.reference.magnitude);
+        let most = along * (TANGENT_TOLERANCE / self.space.length(1.0)) / normal.length();
+        let sensitive = across * (error / normal.dot(way).abs());
+        // a patch without normal, and a tangent ray, give NaN or infinity
+        let least = |a: f64, b: f64| if a < b { a } else { b };
+        let bound = DVec2::new(least(sensitive.x, most.x), least(sensitive.y, most.y));
+        let finite = |x: f64| if x < 1.0 { x } else { f64::EPSILON.sqrt() };
+        DVec2::new(finite(bound.x), finite(bound.y)) + 4.0 * f64::EPSILON
+    }
+}
+
+/// All roots of a leaf by Bézier clipping, with a last Newton step on the patch.
+pub(super) fn clip_leaf(target: &Target<'_>, ray: &Ray, solver: &mut Solver) -> Vec<LeafRoot> {
+    let Target { leaf, reference, trimmed, .. } = target;
     let Solver { net, search, statistics } = solver;
     statistics.fallbacks += 1;
     search.roots.clear();
     let across = AcrossRay::new(ray);
     net.project(&trimmed.patch, &across, across.rounding(reference.magnitude, reference.greatest_weight));
-    if !net.misses() {
-        find_roots(net, [leaf.low, leaf.high], search, statistics);
+    if net.misses() {
+        return Vec::new();
     }
+    find_roots(net, leaf.rectangle(), search, statistics);
+    let roots = search.roots.iter().map(|root| {
+        let st = if root.degenerate { root.st } else { polished(&trimmed.patch, ray, root.st) };
+        let position = trimmed.patch.eval(st).position;
+        let t = (position - ray.origin).dot(ray.direction) / ray.direction.length_squared();
+        LeafRoot { st, t, tangent: root.degenerate }
+    });
+    roots.collect()
+}
+
+/// A root after one Newton step on the exact patch, if that brings it nearer to the ray.
+fn polished(patch: &BezierPatch, ray: &Ray, st: DVec2) -> DVec2 {
+    let across = |st: DVec2| {
+        let point = patch.eval(st);
+        (point, ray.direction.cross(point.position - ray.origin))
+    };
+    let (point, off) = across(st);
+    let inverse = 1.0 / point.dp_ds.cross(point.dp_dt).dot(ray.direction);
+    let next = st + DVec2::new(-point.dp_dt.dot(off), point.dp_ds.dot(off)) * inverse;
+    if across(next).1.length_squared() < off.length_squared() { next } else { st }
 }
 
 impl PatchReference {
+    fn of(object: u32, patch: u32, trimmed: &TrimmedPatch) -> Self {
+        let points = trimmed.patch.control_points();
+        let weights = points.iter().map(|point| point.w);
+        Self {
+            object,
+            patch,
+            magnitude: points.iter().map(|point| point.truncate().length()).fold(0.0, f64::max),
+            greatest_weight: weights.clone().fold(0.0, f64::max),
+            least_weight: weights.fold(f64::INFINITY, f64::min),
+        }
+    }
+
     /// Bound on the rounding of each coordinate of an evaluated point.
     fn position_error(&self) -> f64 {
         gamma(EVAL_OPERATIONS) * self.magnitude / self.least_weight
@@ -346,25 +447,15 @@ impl PatchReference {
     }
 }
 
-impl PatchRoot {
-    /// How far off the root's parameters may be, for an error of the ray, the surface and its border in the world.
-    fn tolerance(&self, error: f64) -> DVec2 {
-        // a tangent root is sensitive to the square root of errors alone, so the linear bound is capped there
-        let cap = DVec2::splat(f64::EPSILON.sqrt());
-        (error * self.sensitivity).min(cap) + 4.0 * f64::EPSILON
-    }
-}
-
 /// The first of some loops that holds a point, else the first within the tolerance; and whether it took that.
-#[inline(always)]
-fn find_loop<'a>(
-    trim: &'a TrimRegion,
-    loops: &[u32],
+fn find_loop(
+    trim: &TrimRegion,
+    loops: impl Iterator<Item = u32> + Clone,
     st: DVec2,
     tolerance: DVec2,
-) -> Option<(&'a TrimLoop, bool)> {
+) -> Option<(&TrimLoop, bool)> {
     let find = |tolerance| {
-        let mut candidates = loops.iter().map(|&index| &trim.loops()[index as usize]);
+        let mut candidates = loops.clone().map(|index| &trim.loops()[index as usize]);
         candidates.find(|trim_loop| trim.holds(trim_loop, st, tolerance))
     };
     find(DVec2::ZERO).map(|found| (found, false)).or_else(|| find(tolerance).map(|found| (found, true)))
@@ -392,17 +483,18 @@ impl Geometry for TracedScene {
     }
 
     fn any_hit(&self, ray: &Ray) -> bool {
-        SCRATCH.with_borrow_mut(|scratch| run_widest(Any { scene: self, ray, scratch }))
+        SCRATCH.with_borrow_mut(|scratch| dispatch!(self.level, simd => query::any(simd, self, ray, scratch)))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use fearless_simd::Level;
+
     use super::*;
     use crate::subdivide::FrameChoice;
     use crate::test_support::{Noise, ball_triangles, cube_triangles, deform, random_volume, scene_of};
     use crate::trace::closest_hit_by_subdivision;
-    use crate::trace::dispatch::Work;
 
     const FRAMES: [FrameChoice; 2] = [FrameChoice::Parallelogram, FrameChoice::Rectangle];
 
@@ -481,8 +573,9 @@ mod tests {
         for _ in 0..20_000 {
             let origin = DVec3::splat(0.5) + 2.0 * noise.unit_vector();
             let ray = Ray::new(origin, DVec3::splat(0.5) + noise.vector() - origin);
-            let plain = Closest { scene: &scene, ray: &ray, scratch: &mut scratch }.run::<false>();
-            let widest = run_widest(Closest { scene: &scene, ray: &ray, scratch: &mut scratch });
+            let plain =
+                dispatch!(Level::baseline(), simd => query::closest(simd, &scene, &ray, &mut scratch));
+            let widest = scene.closest(&ray);
             let bits = |hit: Option<PatchHit>| {
                 hit.map(|hit| (hit.t.to_bits(), hit.st.to_array().map(f64::to_bits), hit.patch))
             };

@@ -37,8 +37,6 @@ const WHOLE_BOX: [DVec2; 5] = [DVec2::splat(0.5), DVec2::ZERO, DVec2::X, DVec2::
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PatchRoot {
     pub(crate) st: DVec2,
-    /// How far `st` may be off along s and t for each unit of error across the ray.
-    pub(crate) sensitivity: DVec2,
     /// Whether the ray is tangent there, within rounding.
     pub(crate) degenerate: bool,
 }
@@ -292,7 +290,7 @@ impl Search<'_> {
         let outside = st.cmplt(low - off).any() || st.cmpgt(high + off).any();
         let known = self.scratch.roots.iter().any(|root| (root.st - st).abs().cmple(2.0 * off).all());
         if !outside && !known {
-            self.scratch.roots.push(PatchRoot { st, sensitivity, degenerate: false });
+            self.scratch.roots.push(PatchRoot { st, degenerate: false });
         }
     }
 
@@ -317,8 +315,7 @@ impl Search<'_> {
             return;
         }
         self.statistics.degenerate += 1;
-        let sensitivity = 0.5 * (high - low) / self.margin;
-        self.scratch.roots.push(PatchRoot { st, sensitivity, degenerate: true });
+        self.scratch.roots.push(PatchRoot { st, degenerate: true });
     }
 
     fn restrict(&mut self, start: usize, s: [f64; 2], t: [f64; 2]) {

@@ -72,14 +72,15 @@ fn a_scale_of_a_power_of_two_gives_the_same_bits() {
 }
 
 /// Whether rounding may add a hit or take it away: at a border of the trim, or where the ray is all but tangent.
-fn is_delicate(scene: &TracedScene, hit: &PatchHit, margin: DVec2) -> bool {
+fn is_delicate(scene: &TracedScene, hit: &PatchHit, st_error: DVec2, factor: f64) -> bool {
+    let margin = factor * st_error + 1e-12;
     let trimmed = patch_of(scene, hit);
     let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
     let inside = corners.iter().all(|&(s, t)| {
         let moved = hit.st + DVec2::new(s, t) * margin;
         trimmed.trim.find(moved, DVec2::ZERO).is_some_and(|found| found.polygon == hit.polygon)
     });
-    let all_but_tangent = hit.st_error.max_element() > 1e-12;
+    let all_but_tangent = st_error.max_element() > 1e-12;
     hit.tangent || all_but_tangent || !inside
 }
 
@@ -93,8 +94,10 @@ fn assert_same_hits(noise: &mut Noise, placement: Placement) -> usize {
     let mut compared = 0;
     for number in 0..2000 {
         let ray = random_ray(noise);
-        let (want, got) = (unit.all(&ray), scene.all(&placement.ray(&ray)));
-        let delicate = |hit: &PatchHit| is_delicate(&unit, hit, LIPSCHITZ * distance * hit.st_error + 1e-12);
+        let placed = placement.ray(&ray);
+        let (want, got) = (unit.all(&ray), scene.all(&placed));
+        let delicate =
+            |hit: &PatchHit| is_delicate(&unit, hit, unit.st_error(hit, &ray), LIPSCHITZ * distance);
         if want.iter().any(delicate) {
             continue;
         }
@@ -102,9 +105,13 @@ fn assert_same_hits(noise: &mut Noise, placement: Placement) -> usize {
         assert_eq!(got.len(), want.len(), "{what}");
         for (got, want) in got.iter().zip(&want) {
             assert_eq!(got.polygon, want.polygon, "{what}");
-            let [got, want] = [(&scene, got), (&unit, want)].map(|(scene, hit)| {
+            let [got, want] = [(&scene, got, &placed), (&unit, want, &ray)].map(|(scene, hit, ray)| {
                 let trimmed = patch_of(scene, hit);
-                (trimmed.frame.point(hit.st), hit.st_error, trimmed.frame.s.abs() + trimmed.frame.t.abs())
+                (
+                    trimmed.frame.point(hit.st),
+                    scene.st_error(hit, ray),
+                    trimmed.frame.s.abs() + trimmed.frame.t.abs(),
+                )
             });
             // patches may be cut and framed otherwise, so places on the undeformed shape are compared
             let off = (got.0 - placement.point(want.0)).abs().max_element() / placement.scale;
@@ -115,7 +122,7 @@ fn assert_same_hits(noise: &mut Noise, placement: Placement) -> usize {
             assert!(off <= bound, "off by {off:e}, bound {bound:e}: {what}");
             compared += 1;
         }
-        let first = scene.closest(&placement.ray(&ray)).map(|hit| hit.t);
+        let first = scene.closest(&placed).map(|hit| hit.t);
         assert_eq!(first, got.first().map(|hit| hit.t), "{what}");
     }
     compared

@@ -197,7 +197,6 @@ fn in_slivers() {
 }
 
 #[test]
-#[ignore = "the cap on the trim's tolerance is in parameters, not in the world: thin patches lose hits at their corners"]
 fn in_slivers_seen_at_a_small_angle() {
     let mut noise = Noise(207);
     for case in 0..70_u32 {
@@ -208,7 +207,6 @@ fn in_slivers_seen_at_a_small_angle() {
 }
 
 #[test]
-#[ignore = "the last Newton step is taken on trust: near a tangent ray it leads up to 1e-6 astray"]
 fn nearly_tangent_hits_are_on_their_rays() {
     let mut noise = Noise(208);
     for case in 0..64 {

@@ -5,7 +5,7 @@
 use glam::{DVec3, Vec3};
 use trimray::trace::{Geometry, Ray, TracedScene};
 
-use crate::objects::Object;
+use super::objects::Object;
 
 /// Side of the tiles in which camera rays are ordered: one packet of 16.
 const TILE: u32 = 4;
@@ -65,29 +65,51 @@ pub(crate) struct RaySet {
     pub(crate) rays: Vec<SinglePrecisionRay>,
 }
 
+impl RaySet {
+    /// As the tables have it: "hit random".
+    pub(crate) fn name(&self) -> String {
+        format!("{} {}", if self.hits_only { "hit" } else { "all" }, self.kind)
+    }
+
+    fn of(kind: &'static str, hits_only: bool, rays: Vec<SinglePrecisionRay>) -> Self {
+        Self { kind, hits_only, coherent: kind == "primary", rays }
+    }
+}
+
+/// `count` random rays, and as many that hit, or as many as were found.
+pub(crate) fn random_sets(object: &Object, scene: &TracedScene, count: usize) -> [RaySet; 2] {
+    let mut all = random_rays(object, scene, count * RANDOM_CANDIDATES);
+    let mut hits = hits(scene, all.iter());
+    hits.truncate(count);
+    all.truncate(count);
+    [RaySet::of("random", false, all), RaySet::of("random", true, hits)]
+}
+
+fn hits<'a>(
+    scene: &TracedScene,
+    rays: impl Iterator<Item = &'a SinglePrecisionRay>,
+) -> Vec<SinglePrecisionRay> {
+    rays.filter(|ray| scene.closest(&ray.ray()).is_some()).copied().collect()
+}
+
 /// All sets of one object: `width`² camera rays, `random` random rays, and a bounce from each hit of a camera ray; each with
 /// misses and without.
 pub(crate) fn ray_sets(object: &Object, scene: &TracedScene, width: u32, random: usize) -> Vec<RaySet> {
     let primary = Camera::framing(object, scene).rays(width);
     let bounces: Vec<_> = (0..BOUNCES).map(|number| bounces(object, scene, &primary, number)).collect();
-    let all_random = random_rays(object, scene, random * RANDOM_CANDIDATES);
-    let hits = |rays: &mut dyn Iterator<Item = &SinglePrecisionRay>| {
-        rays.filter(|ray| scene.closest(&ray.ray()).is_some()).copied().collect::<Vec<_>>()
-    };
-    let primary_hits = hits(&mut primary.iter());
-    let mut random_hits = hits(&mut all_random.iter());
-    random_hits.truncate(random);
+    let [all_random, random_hits] = random_sets(object, scene, random);
+    let primary_hits = hits(scene, primary.iter());
     // those of one camera ray side by side
-    let bounce_hits = hits(&mut (0..bounces[0].len()).flat_map(|i| bounces.iter().map(move |set| &set[i])));
+    let side_by_side = (0..bounces[0].len()).flat_map(|i| bounces.iter().map(move |set| &set[i]));
+    let bounce_hits = hits(scene, side_by_side);
     let [first_bounces, ..] = <[_; BOUNCES as usize]>::try_from(bounces).expect("as many as were made");
-    let set = |kind, hits_only, rays| RaySet { kind, hits_only, coherent: kind == "primary", rays };
     vec![
-        set("primary", false, primary),
-        set("random", false, all_random[..random].to_vec()),
-        set("bounce", false, first_bounces),
-        set("primary", true, primary_hits),
-        set("random", true, random_hits),
-        set("bounce", true, bounce_hits),
+        RaySet::of("primary", false, primary),
+        all_random,
+        RaySet::of("bounce", false, first_bounces),
+        RaySet::of("primary", true, primary_hits),
+        random_hits,
+        RaySet::of("bounce", true, bounce_hits),
     ]
 }
 
