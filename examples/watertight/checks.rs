@@ -42,6 +42,9 @@ pub(crate) enum Fault {
     Unbalanced,
     /// A hit is not on the ray, or not on the surface.
     Ghost,
+    /// As unbalanced, with a hit within rounding of a border: where the ray grazes an edge or a vertex, the patches
+    /// that meet there may be hit singly. No failure, but counted.
+    UnbalancedAtBorder,
 }
 
 /// A ray that failed.
@@ -71,7 +74,7 @@ pub(crate) struct Tally {
     /// Greatest distance of a hit from the volume at its place on the undeformed solid.
     pub(crate) from_volume: f64,
     /// Failures of each kind, in the order of [`Fault`].
-    pub(crate) faults: [u64; 4],
+    pub(crate) faults: [u64; 5],
     /// The first of them.
     pub(crate) failures: Vec<Failure>,
 }
@@ -94,7 +97,8 @@ impl Tally {
 
     /// Number of failures.
     pub(crate) fn failed(&self) -> u64 {
-        self.faults.iter().sum()
+        let kinds = [Fault::Leak, Fault::Contradiction, Fault::Unbalanced, Fault::Ghost];
+        kinds.into_iter().map(|fault| self.faults[fault as usize]).sum()
     }
 
     /// The counts of both.
@@ -186,7 +190,10 @@ impl Checker<'_> {
         tally.on_border += u64::from(hits.iter().any(|hit| hit.on_border));
         match self.crossings(ray, &hits) {
             None => tally.touching += 1,
-            Some(got) if got != balance => tally.fail(Fault::Unbalanced, ray),
+            Some(got) if got != balance => {
+                let at_border = hits.iter().any(|hit| self.is_at_border(ray, hit));
+                tally.fail(if at_border { Fault::UnbalancedAtBorder } else { Fault::Unbalanced }, ray);
+            }
             Some(_) => {}
         }
         hits
@@ -217,6 +224,19 @@ impl Checker<'_> {
             last = Some((hit.t, sign));
         }
         Some(sum)
+    }
+
+    /// Whether a hit is within rounding of the border of its loop, on either side.
+    fn is_at_border(&self, ray: &Ray, hit: &PatchHit) -> bool {
+        let trim = &self.solid.scene.objects()[0].patches[hit.patch as usize].trim;
+        let tolerance = 2.0 * self.solid.scene.st_error(hit, ray) + 1e-12;
+        let own = trim.loops().iter().filter(|trim_loop| trim_loop.polygon == hit.polygon);
+        let corners = own.map(|trim_loop| trim.corners(trim_loop));
+        let mut edges = corners.flat_map(|corners| corners.iter().zip(corners.iter().cycle().skip(1)));
+        edges.any(|(&a, &b)| {
+            let edge = b - a;
+            edge.perp_dot(hit.st - a).abs() <= edge.x.abs() * tolerance.y + edge.y.abs() * tolerance.x
+        })
     }
 
     /// Whether a hit is off its ray, off the deformed surface, or off its polygon on the undeformed one.

@@ -3,9 +3,9 @@
 //! `cargo run --release --example watertight -- --rays 1000000 --solid cube --solid slivers --solid model.obj`
 //!
 //! Three kinds of rays: from points inside; from outside through points of borders (corners and edges of trims, lines on
-//! which patches are halved) to points inside, and back; random lines. Every ray must enter and leave as often as
-//! its ends say, and every hit must be on the ray and on the exact surface. Exits with 1 on any failure, and prints the failing rays; `--ray`
-//! traces one of them again.
+//! which patches are halved) to points inside, and back; random lines. Every ray must enter and leave as often as its ends
+//! say, and every hit must be on the ray and on the exact surface. Exits with 1 on any failure, and prints failing rays of
+//! each kind; `--ray` traces one of them again. The rays do not depend on the number of threads.
 
 mod aim;
 mod checks;
@@ -129,10 +129,10 @@ fn summary(test: Test, seed: u64, tally: &Tally) -> String {
     let Tally { rays, hits, on_border, touching, beside, from_ray, from_volume, .. } = tally;
     let beside = if test == Test::Aimed { format!(", {beside} beside the point") } else { String::new() };
     let failed = tally.failed();
-    let [leaks, contradictions, unbalanced, ghosts] = tally.faults;
+    let [leaks, contradictions, unbalanced, ghosts, at_border] = tally.faults;
     format!(
         "{test:?}: {failed} of {rays} rays failed (seed {seed}): {leaks} leaks, {contradictions} contradictions, \
-         {unbalanced} unbalanced, {ghosts} ghosts; {hits} hits, {on_border} rays on a border, {touching} \
+         {unbalanced} unbalanced, {ghosts} ghosts ({at_border} unbalanced at a border); {hits} hits, {on_border} rays on a border, {touching} \
          touching{beside}; {from_ray:.1e} from the ray, {from_volume:.1e} from the volume"
     )
 }
