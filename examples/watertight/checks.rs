@@ -20,9 +20,14 @@ const SAME_PLACE: f64 = 1e-9;
 /// A cosine between ray and normal below which the side that the ray comes from is not known.
 const GRAZING: f64 = 1e-7;
 
+/// Rays from one point inside where only hits count.
+const DIRECTIONS: usize = 64;
+
 /// The kinds of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Test {
+    /// From random points inside in random directions, 64 from each; only whether they hit anything.
+    Enclosed,
     /// From random points inside in random directions.
     Inside,
     /// From outside through points of borders to points inside, and back.
@@ -134,9 +139,15 @@ impl Checker<'_> {
     /// Traces `rays` random rays of a kind.
     pub(crate) fn run(&self, test: Test, rays: u64, random: &mut Random) -> Tally {
         let mut tally = Tally::default();
+        if test == Test::Enclosed {
+            for first in (0..rays).step_by(DIRECTIONS) {
+                self.enclosed((rays - first).min(DIRECTIONS as u64), random, &mut tally);
+            }
+            return tally;
+        }
         for _ in 0..rays {
             match test {
-                Test::Inside => {
+                Test::Enclosed | Test::Inside => {
                     let ray = Ray::new(self.aims.inside(random), random.direction());
                     self.check(&ray, -1, &mut tally);
                 }
@@ -149,6 +160,23 @@ impl Checker<'_> {
             }
         }
         tally
+    }
+
+    /// Rays from one point inside, by the call that takes many.
+    fn enclosed(&self, rays: u64, random: &mut Random, tally: &mut Tally) {
+        let origin = self.aims.inside(random);
+        let rays: Vec<_> = (0..rays).map(|_| Ray::new(origin, random.direction())).collect();
+        let mut found = [false; DIRECTIONS];
+        let found = &mut found[..rays.len()];
+        self.solid.scene.any_of_each(&rays, found);
+        tally.rays += rays.len() as u64;
+        for (ray, found) in rays.iter().zip(found) {
+            if *found {
+                tally.hits += 1;
+            } else {
+                tally.fail(Fault::Leak, ray);
+            }
+        }
     }
 
     fn aimed(&self, random: &mut Random, tally: &mut Tally) {

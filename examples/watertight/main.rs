@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example watertight -- --rays 1000000 --solid cube --solid slivers --solid model.obj`
 //!
-//! Three kinds of rays: from points inside; from outside through points of borders (corners and edges of trims, lines on
+//! Kinds of rays: from points inside, to be balanced or, by many at once, only to hit; from outside through points of borders (corners and edges of trims, lines on
 //! which patches are halved) to points inside, and back; random lines. Every ray must enter and leave as often as its ends
 //! say, and every hit must be on the ray and on the exact surface. Exits with 1 on any failure, and prints failing rays of
 //! each kind; `--ray` traces one of them again. The rays do not depend on the number of threads.
@@ -33,6 +33,9 @@ struct Options {
     /// cube, slivers, or an OBJ file of a closed mesh; several times for several
     #[arg(long, default_values = ["cube", "slivers"])]
     solid: Vec<String>,
+    /// Only these tests: inside, aimed, lines, enclosed
+    #[arg(long)]
+    test: Vec<String>,
     /// Rays for each test and solid
     #[arg(long, default_value_t = 1_000_000)]
     rays: u64,
@@ -90,7 +93,12 @@ fn run_solid(name: &str, solid: &Solid, options: &Options) -> bool {
     let aims = Aims::new(solid, &mut Random::new(options.seed, u64::MAX));
     let checker = Checker { solid, aims: &aims, farthest: options.farthest };
     let mut good = true;
-    for (number, test) in (0..).zip([Test::Inside, Test::Aimed, Test::Lines]) {
+    for (number, test) in (0..).zip([Test::Inside, Test::Aimed, Test::Lines, Test::Enclosed]) {
+        if !options.test.is_empty()
+            && !options.test.iter().any(|name| format!("{test:?}").eq_ignore_ascii_case(name))
+        {
+            continue;
+        }
         let started = Instant::now();
         let tally = run_test(&checker, test, number, options);
         let rate = tally.rays as f64 / started.elapsed().as_secs_f64();

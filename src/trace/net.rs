@@ -57,11 +57,8 @@ fn powers(degree: usize, i: usize) -> [f64; 3] {
     // and triples
     let n = degree as f64;
     let sum = 2.0 * i as f64 - n;
-    let triples = if degree > 2 {
-        sum * (sum * sum - 3.0 * n + 2.0) / (n * (n - 1.0) * (n - 2.0))
-    } else {
-        0.0
-    };
+    let triples =
+        if degree > 2 { sum * (sum * sum - 3.0 * n + 2.0) / (n * (n - 1.0) * (n - 2.0)) } else { 0.0 };
     let pairs = if degree > 1 { (sum * sum - n) / (n * (n - 1.0)) } else { 0.0 };
     let single = if degree > 0 { sum / n } else { 0.0 };
     [DOMAIN * single, DOMAIN * DOMAIN * pairs, DOMAIN * DOMAIN * DOMAIN * triples]

@@ -126,7 +126,8 @@ impl RationalNet {
         )
     }
 
-    /// Bounds of R / W. With coefficients R_i and W_i > 0 it is a mean of all R_i / W_i, and its derivative is (R' - (R / W) W') / W.
+    /// Bounds of R / W. With coefficients of R and positive ones of W it is a mean of their quotients, and its derivative is
+    /// (R' - (R / W) W') / W.
     fn bounds(&self) -> Bounds {
         let [m, n] = self.degree;
         let mut bounds = Bounds { value: DVec3::ZERO, by_u: DVec3::ZERO, by_v: DVec3::ZERO };
@@ -219,7 +220,7 @@ fn products([m, n]: [usize; 2], mut points: Vec<DVec4>) -> Vec<Coefficient> {
     };
     let (by_row, by_column) = (inverse(m + RAISED), inverse(n + RAISED));
     let mut coefficients = Vec::with_capacity((m + RAISED + 1) * columns);
-    for k in 0..=m + RAISED {
+    for (k, inverse_of_row) in by_row.iter().enumerate().take(m + RAISED + 1) {
         for l in 0..columns {
             let (mut sum, mut moments) = (DVec4::ZERO, [[0.0; RAISED + 1]; RAISED + 1]);
             for i in k.saturating_sub(RAISED)..=k.min(m) {
@@ -237,7 +238,7 @@ fn products([m, n]: [usize; 2], mut points: Vec<DVec4>) -> Vec<Coefficient> {
                 moments[1][2] += u * vv;
                 moments[0][3] += POWERS[0][shift] * vvv;
             }
-            let scale = by_row[k] * by_column[l];
+            let scale = inverse_of_row * by_column[l];
             moments[0][0] = sum.w;
             let moments = moments.map(|row| row.map(|moment| moment * scale));
             coefficients.push(Coefficient { left: sum.truncate() * scale, moments });
