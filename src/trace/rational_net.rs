@@ -126,7 +126,8 @@ impl RationalNet {
         )
     }
 
-    /// Bounds of R / W. With coefficients R_i and W_i > 0 it is a mean of all R_i / W_i, and its derivative is (R' - (R / W) W') / W.
+    /// Bounds of R / W. It is a mean of the quotients of coefficients, those of W being positive, and its derivative is
+    /// (R' - (R / W) W') / W.
     fn bounds(&self) -> Bounds {
         let [m, n] = self.degree;
         let mut bounds = Bounds { value: DVec3::ZERO, by_u: DVec3::ZERO, by_v: DVec3::ZERO };
@@ -210,38 +211,39 @@ fn products([m, n]: [usize; 2], mut points: Vec<DVec4>) -> Vec<Coefficient> {
             }
         }
     }
-    let inverse = |degree: usize| {
-        let mut inverse = [0.0; MOST];
-        for (i, inverse) in inverse[..=degree].iter_mut().enumerate() {
-            *inverse = 1.0 / binomial(degree, i);
-        }
-        inverse
-    };
-    let (by_row, by_column) = (inverse(m + RAISED), inverse(n + RAISED));
+    let mut by_column = [0.0; MOST];
+    for (l, inverse) in by_column[..columns].iter_mut().enumerate() {
+        *inverse = 1.0 / binomial(n + RAISED, l);
+    }
     let mut coefficients = Vec::with_capacity((m + RAISED + 1) * columns);
     for k in 0..=m + RAISED {
-        for l in 0..columns {
-            let (mut sum, mut moments) = (DVec4::ZERO, [[0.0; RAISED + 1]; RAISED + 1]);
-            for i in k.saturating_sub(RAISED)..=k.min(m) {
-                let shift = k - i;
-                let (point, [v, vv, vvv]) = rows[i * columns + l];
-                sum += POWERS[0][shift] * point;
-                let [_, u, uu, uuu] = POWERS.map(|power| power[shift]);
-                moments[1][0] += u * point.w;
-                moments[2][0] += uu * point.w;
-                moments[3][0] += uuu * point.w;
-                moments[0][1] += POWERS[0][shift] * v;
-                moments[1][1] += u * v;
-                moments[2][1] += uu * v;
-                moments[0][2] += POWERS[0][shift] * vv;
-                moments[1][2] += u * vv;
-                moments[0][3] += POWERS[0][shift] * vvv;
-            }
-            let scale = by_row[k] * by_column[l];
-            moments[0][0] = sum.w;
-            let moments = moments.map(|row| row.map(|moment| moment * scale));
-            coefficients.push(Coefficient { left: sum.truncate() * scale, moments });
-        }
+        let from = k.saturating_sub(RAISED);
+        let inverse = 1.0 / binomial(m + RAISED, k);
+        let of_row = by_column[..columns].iter().enumerate().map(|(l, by_column)| {
+            let terms = (from..=k.min(m)).map(|i| (k - i, &rows[i * columns + l]));
+            raised(terms, inverse * by_column)
+        });
+        coefficients.extend(of_row);
     }
     coefficients
+}
+
+/// `scale` times the sum of terms along u, each given with its place in [`POWERS`].
+fn raised<'a>(terms: impl Iterator<Item = (usize, &'a (DVec4, [f64; RAISED]))>, scale: f64) -> Coefficient {
+    let (mut sum, mut moments) = (DVec4::ZERO, [[0.0; RAISED + 1]; RAISED + 1]);
+    for (shift, &(point, [v, vv, vvv])) in terms {
+        let [one, u, uu, uuu] = POWERS.map(|power| power[shift]);
+        sum += one * point;
+        moments[1][0] += u * point.w;
+        moments[2][0] += uu * point.w;
+        moments[3][0] += uuu * point.w;
+        moments[0][1] += one * v;
+        moments[1][1] += u * v;
+        moments[2][1] += uu * v;
+        moments[0][2] += one * vv;
+        moments[1][2] += u * vv;
+        moments[0][3] += one * vvv;
+    }
+    moments[0][0] = sum.w;
+    Coefficient { left: sum.truncate() * scale, moments: moments.map(|row| row.map(|moment| moment * scale)) }
 }
