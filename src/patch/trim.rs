@@ -167,8 +167,9 @@ mod tests {
 
     #[test]
     fn the_tolerance_reaches_no_farther_at_the_tip_of_a_needle() {
-        let mut region = TrimRegion::default();
-        region.push(0, 0, [DVec2::new(0.0, 0.5), DVec2::new(1.0, 0.5), DVec2::new(1.0, 0.5 + 1e-5)]);
+        let mut builder = TrimBuilder::default();
+        builder.push(0, 0, [DVec2::new(0.0, 0.5), DVec2::new(1.0, 0.5), DVec2::new(1.0, 0.5 + 1e-5)]);
+        let region = builder.finish();
         let tolerance = DVec2::splat(1e-9);
         assert!(region.find(DVec2::new(-0.9e-9, 0.5), tolerance).is_some());
         assert!(region.find(DVec2::new(-1e-6, 0.5), tolerance).is_none(), "between the moved edges");

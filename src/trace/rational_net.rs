@@ -17,7 +17,7 @@ const RAISED: usize = 3;
 /// Control points in one direction, at most.
 const MOST: usize = MAX_DEGREE + RAISED + 1;
 
-/// Weights over the domain that differ by more than this factor give no bounds: it is also how much rounding of R may grow.
+/// Weights over the domain that differ by more than this factor give no bounds: rounding of R may grow by as much.
 const MAX_SPREAD: f64 = 64.0;
 
 /// Coefficients of u^a by those of degree 3, times their binomials: of (x - y)^a (x + y)^(3 - a) with u = D (x - y) and
@@ -34,11 +34,13 @@ const POWERS: [[f64; RAISED + 1]; RAISED + 1] = [
     ],
 ];
 
+/// Coefficients of 1 by those of degree 2, times their binomials.
+const LOWERED: [f64; RAISED + 1] = [1.0, 2.0, 1.0, 0.0];
+
 /// Bernstein coefficients over the domain, raised by 3 degrees.
 pub(super) struct RationalNet {
     degree: [usize; 2],
     coefficients: Vec<Coefficient>,
-    weights: Weights,
     /// Derivatives of (X, W) in the middle, by u as often as the first index says and by v as the second.
     middle: [[DVec4; RAISED + 1]; RAISED + 1],
 }
@@ -50,16 +52,22 @@ struct Coefficient {
     left: DVec3,
     /// Of u^a v^b W.
     moments: Moments<f64>,
+    /// Of W with one degree less along u, as R's partial by u has, and along v; none in the last row or column.
+    lowered: [f64; 2],
 }
 
 /// One value for each of u^a v^b with a + b <= 3, by the place a, b.
 type Moments<T> = [[T; RAISED + 1]; RAISED + 1];
 
-/// Bounds of W: the least value, and the greatest absolute partials.
-struct Weights {
-    least: f64,
-    by_u: f64,
-    by_v: f64,
+/// A coefficient along v, before those along u are taken together.
+#[derive(Clone, Copy)]
+struct RowCoefficient {
+    /// Of (X, W).
+    point: DVec4,
+    /// Of v W, v² W, v³ W.
+    moments: [f64; RAISED],
+    /// Of W with one degree less.
+    lowered: f64,
 }
 
 impl RationalNet {
@@ -70,8 +78,31 @@ impl RationalNet {
         let degree = [m + RAISED, n + RAISED];
         let middle = derivatives([m, n], &points);
         let coefficients = products([m, n], points);
-        let weights = Weights::of(degree, &coefficients, middle[0][0].w)?;
-        Ok(Self { degree, coefficients, weights, middle })
+        let net = Self { degree, coefficients, middle };
+        let [least, greatest] = net.weights();
+        // so written, NaN gives no bounds
+        if least > 0.0 && greatest <= MAX_SPREAD * least {
+            return Ok(net);
+        }
+        let spread = (greatest - least) / net.middle[0][0].w;
+        Err(if spread > 0.0 { 1.0 + spread } else { f64::INFINITY })
+    }
+
+    /// Least and greatest coefficient of W in all its degrees.
+    fn weights(&self) -> [f64; 2] {
+        let [m, n] = self.degree;
+        let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (flat, Coefficient { moments, lowered, .. }) in self.coefficients.iter().enumerate() {
+            least = least.min(moments[0][0]);
+            greatest = greatest.max(moments[0][0]);
+            if flat / (n + 1) < m {
+                least = least.min(lowered[0]);
+            }
+            if flat % (n + 1) < n {
+                least = least.min(lowered[1]);
+            }
+        }
+        [least, greatest]
     }
 
     pub(super) fn series(mut self) -> Series {
@@ -94,7 +125,7 @@ impl RationalNet {
 
     /// Subtracts q W, given by the coefficients of u^a v^b W.
     fn subtract(&mut self, coefficient: impl Fn(&Moments<f64>) -> DVec3) {
-        for Coefficient { left, moments } in &mut self.coefficients {
+        for Coefficient { left, moments, .. } in &mut self.coefficients {
             *left -= coefficient(moments);
         }
     }
@@ -126,49 +157,32 @@ impl RationalNet {
         )
     }
 
-    /// Bounds of R / W. With coefficients of R and positive ones of W it is a mean of their quotients, and its derivative is
-    /// (R' - (R / W) W') / W.
+    /// Bounds of R / W. With W's coefficients positive it is a mean of the quotients of coefficients; so is its derivative
+    /// (R' - (R / W) W') / W, if R / W is taken for a number.
     fn bounds(&self) -> Bounds {
         let [m, n] = self.degree;
         let mut bounds = Bounds { value: DVec3::ZERO, by_u: DVec3::ZERO, by_v: DVec3::ZERO };
-        for (flat, here) in self.coefficients.iter().enumerate() {
+        for here in &self.coefficients {
             bounds.value = bounds.value.max(here.left.abs() / here.moments[0][0]);
+        }
+        let value = bounds.value;
+        let slope = |here: &Coefficient, next: &Coefficient, lowered: f64| {
+            let change = value * (next.moments[0][0] - here.moments[0][0]).abs();
+            ((next.left - here.left).abs() + change) / lowered
+        };
+        for (flat, here) in self.coefficients.iter().enumerate() {
             if flat / (n + 1) < m {
-                bounds.by_u = bounds.by_u.max((self.coefficients[flat + n + 1].left - here.left).abs());
+                let next = &self.coefficients[flat + n + 1];
+                bounds.by_u = bounds.by_u.max(slope(here, next, here.lowered[0]));
             }
             if flat % (n + 1) < n {
-                bounds.by_v = bounds.by_v.max((self.coefficients[flat + 1].left - here.left).abs());
+                let next = &self.coefficients[flat + 1];
+                bounds.by_v = bounds.by_v.max(slope(here, next, here.lowered[1]));
             }
         }
-        let Weights { least, by_u, by_v } = self.weights;
-        bounds.by_u = (bounds.by_u * (m as f64 / (2.0 * DOMAIN)) + bounds.value * by_u) / least;
-        bounds.by_v = (bounds.by_v * (n as f64 / (2.0 * DOMAIN)) + bounds.value * by_v) / least;
+        bounds.by_u *= m as f64 / (2.0 * DOMAIN);
+        bounds.by_v *= n as f64 / (2.0 * DOMAIN);
         bounds
-    }
-}
-
-impl Weights {
-    fn of([m, n]: [usize; 2], coefficients: &[Coefficient], middle: f64) -> Result<Self, f64> {
-        let weight = |flat: usize| coefficients[flat].moments[0][0];
-        let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
-        let (mut by_u, mut by_v) = (0.0_f64, 0.0_f64);
-        for flat in 0..coefficients.len() {
-            least = least.min(weight(flat));
-            greatest = greatest.max(weight(flat));
-            if flat / (n + 1) < m {
-                by_u = by_u.max((weight(flat + n + 1) - weight(flat)).abs());
-            }
-            if flat % (n + 1) < n {
-                by_v = by_v.max((weight(flat + 1) - weight(flat)).abs());
-            }
-        }
-        // so written, NaN gives no bounds
-        if !(least > 0.0 && greatest <= MAX_SPREAD * least) {
-            let spread = (greatest - least) / middle;
-            return Err(if spread > 0.0 { 1.0 + spread } else { f64::INFINITY });
-        }
-        let (per_u, per_v) = (m as f64 / (2.0 * DOMAIN), n as f64 / (2.0 * DOMAIN));
-        Ok(Self { least, by_u: by_u * per_u, by_v: by_v * per_v })
     }
 }
 
@@ -197,52 +211,66 @@ fn derivatives([m, n]: [usize; 2], points: &[DVec4]) -> [[DVec4; RAISED + 1]; RA
 /// Coefficients times binomials multiply as those of powers do.
 fn products([m, n]: [usize; 2], mut points: Vec<DVec4>) -> Vec<Coefficient> {
     let columns = n + RAISED + 1;
-    // (X, W) times v^b: for b > 0 only W
-    let mut rows = vec![(DVec4::ZERO, [0.0; RAISED]); (m + 1) * columns];
+    let none = RowCoefficient { point: DVec4::ZERO, moments: [0.0; RAISED], lowered: 0.0 };
+    let mut rows = vec![none; (m + 1) * columns];
     for (i, (row, raised)) in points.chunks_exact_mut(n + 1).zip(rows.chunks_exact_mut(columns)).enumerate() {
         for (j, point) in row.iter_mut().enumerate() {
             *point *= binomial(m, i) * binomial(n, j);
             for shift in 0..=RAISED {
-                let (sum, moments) = &mut raised[j + shift];
-                *sum += POWERS[0][shift] * *point;
-                for (moment, power) in moments.iter_mut().zip(&POWERS[1..]) {
+                let sum = &mut raised[j + shift];
+                sum.point += POWERS[0][shift] * *point;
+                sum.lowered += LOWERED[shift] * point.w;
+                for (moment, power) in sum.moments.iter_mut().zip(&POWERS[1..]) {
                     *moment += power[shift] * point.w;
                 }
             }
         }
     }
-    let inverse = |degree: usize| {
-        let mut inverse = [0.0; MOST];
-        for (i, inverse) in inverse[..=degree].iter_mut().enumerate() {
-            *inverse = 1.0 / binomial(degree, i);
-        }
-        inverse
-    };
-    let (by_row, by_column) = (inverse(m + RAISED), inverse(n + RAISED));
-    let mut coefficients = Vec::with_capacity((m + RAISED + 1) * columns);
-    for (k, inverse_of_row) in by_row.iter().enumerate().take(m + RAISED + 1) {
-        for l in 0..columns {
-            let (mut sum, mut moments) = (DVec4::ZERO, [[0.0; RAISED + 1]; RAISED + 1]);
-            for i in k.saturating_sub(RAISED)..=k.min(m) {
-                let shift = k - i;
-                let (point, [v, vv, vvv]) = rows[i * columns + l];
-                sum += POWERS[0][shift] * point;
-                let [_, u, uu, uuu] = POWERS.map(|power| power[shift]);
-                moments[1][0] += u * point.w;
-                moments[2][0] += uu * point.w;
-                moments[3][0] += uuu * point.w;
-                moments[0][1] += POWERS[0][shift] * v;
-                moments[1][1] += u * v;
-                moments[2][1] += uu * v;
-                moments[0][2] += POWERS[0][shift] * vv;
-                moments[1][2] += u * vv;
-                moments[0][3] += POWERS[0][shift] * vvv;
-            }
-            let scale = inverse_of_row * by_column[l];
-            moments[0][0] = sum.w;
-            let moments = moments.map(|row| row.map(|moment| moment * scale));
-            coefficients.push(Coefficient { left: sum.truncate() * scale, moments });
+    let (degree_u, degree_v) = (m + RAISED, n + RAISED);
+    let mut by_column = [0.0; MOST];
+    for (l, inverse) in by_column[..columns].iter_mut().enumerate() {
+        *inverse = 1.0 / binomial(degree_v, l);
+    }
+    // what the binomial of one degree less is smaller by
+    let ratio = |degree: usize, i: usize| degree as f64 / (degree - i).max(1) as f64;
+    let mut coefficients = Vec::with_capacity((degree_u + 1) * columns);
+    for k in 0..=degree_u {
+        let from = k.saturating_sub(RAISED);
+        let (by_row, row_ratio) = (1.0 / binomial(degree_u, k), ratio(degree_u, k));
+        for (l, by_column) in by_column[..columns].iter().enumerate() {
+            let terms = (from..=k.min(m)).map(|i| (k - i, &rows[i * columns + l]));
+            let mut sum = raised(terms, by_row * by_column);
+            sum.lowered[0] *= row_ratio;
+            sum.lowered[1] *= ratio(degree_v, l);
+            coefficients.push(sum);
         }
     }
     coefficients
+}
+
+/// `scale` times the sum of terms along u, each given with its place in [`POWERS`].
+fn raised<'a>(terms: impl Iterator<Item = (usize, &'a RowCoefficient)>, scale: f64) -> Coefficient {
+    let (mut sum, mut moments) = (DVec4::ZERO, [[0.0; RAISED + 1]; RAISED + 1]);
+    let (mut by_u, mut by_v) = (0.0, 0.0);
+    for (shift, &RowCoefficient { point, moments: [v, vv, vvv], lowered }) in terms {
+        let [one, u, uu, uuu] = POWERS.map(|power| power[shift]);
+        sum += one * point;
+        by_u += LOWERED[shift] * point.w;
+        by_v += one * lowered;
+        moments[1][0] += u * point.w;
+        moments[2][0] += uu * point.w;
+        moments[3][0] += uuu * point.w;
+        moments[0][1] += one * v;
+        moments[1][1] += u * v;
+        moments[2][1] += uu * v;
+        moments[0][2] += one * vv;
+        moments[1][2] += u * vv;
+        moments[0][3] += one * vvv;
+    }
+    moments[0][0] = sum.w;
+    Coefficient {
+        left: sum.truncate() * scale,
+        moments: moments.map(|row| row.map(|moment| moment * scale)),
+        lowered: [by_u * scale, by_v * scale],
+    }
 }
