@@ -16,7 +16,7 @@ use super::leaf_test::{
     Approach, LocalRays, Roots, Seed, Sides, WorldRays, approach, newton, sides, trimmed_away,
 };
 use super::local::LocalSpace;
-use super::query;
+use super::query::{self, Asked};
 use super::scene::{PatchHit, Scratch, Solver, TracedScene};
 use super::slabs::{PacketSlabs, SpreadSlabs};
 use super::target::{LeafRoot, Target};
@@ -194,7 +194,7 @@ impl<S: Simd> Packet<S> {
             apart |= seed.wanted & !roots.found;
             let t = roots.ray_t;
             let number = t.all(number_of(target.leaf));
-            let nearer = t.lt(best.t) | (t.le(best.t) & number.lt(best.patch));
+            let nearer = best.is_preceded_by([t, number, roots.s, roots.t]);
             let hit = roots.inside & nearer & local.t_min.lt(t) & t.lt(local.t_limit);
             if !hit.any() {
                 continue;
@@ -209,7 +209,7 @@ impl<S: Simd> Packet<S> {
         }
         if apart.any() {
             changed = true;
-            self.ask_apart((index, target), (rays, half, apart.to_bitmask()), solver);
+            self.ask_apart(simd, (scene, index), (rays, half, apart.to_bitmask()), solver);
         }
         let Half { local, best, .. } = &mut self.halves[half];
         local.t_max = match question {
@@ -222,30 +222,42 @@ impl<S: Simd> Packet<S> {
         changed
     }
 
-    /// Lanes that the leaf's bounds or single precision cannot decide, one at a time.
+    /// Lanes that the leaf's bounds or single precision cannot decide, each as a ray alone.
     #[cold]
     #[inline(never)]
     fn ask_apart(
         &mut self,
-        (index, target): (usize, &Target<'_>),
+        simd: S,
+        (scene, index): (&TracedScene, usize),
         (rays, half, mut lanes): (&[Ray], usize, u64),
         solver: &mut Solver,
     ) {
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
-            let best = &mut self.halves[half].best;
             let ray = &rays[half * LANES + lane];
-            query::clipped(target, ray, (solver, best.t[lane]), &mut |hit, t_max| {
-                let number = number_of(target.leaf);
-                if hit.t < t_max || (hit.t == t_max && number < best.patch[lane]) {
-                    best.t[lane] = hit.t;
-                    best.patch[lane] = number;
-                    best.leaf[lane] = index as f64;
-                    self.apart[half * LANES + lane] = Some(hit);
+            let before = self.hit(scene, half * LANES + lane);
+            let t_max = before.map_or(ray.t_max, |hit| hit.t);
+            let mut best = before;
+            let mut accept = |hit: PatchHit, t_max: f64| {
+                if best.as_ref().is_none_or(|best| query::precedes(&hit, best)) {
+                    best = Some(hit);
                 }
                 t_max.min(hit.t)
-            });
+            };
+            let asked = Asked { ray, local: &scene.space().ray(ray) };
+            simd.vectorize(
+                #[inline(always)]
+                || query::visit_leaf(simd, (scene, index), &asked, (solver, t_max), &mut accept),
+            );
+            if let Some(hit) = best.filter(|_| best != before) {
+                let lanes = &mut self.halves[half].best;
+                lanes.t[lane] = hit.t;
+                lanes.patch[lane] = number_of(scene.leaf(index));
+                (lanes.st[0][lane], lanes.st[1][lane]) = (hit.st.x, hit.st.y);
+                lanes.leaf[lane] = index as f64;
+                self.apart[half * LANES + lane] = Some(hit);
+            }
         }
     }
 
@@ -342,6 +354,14 @@ fn transpose<S: Simd>(rows: [f64x8<S>; LANES]) -> [f64x8<S>; LANES] {
 }
 
 impl<S: Simd> Best<S> {
+    /// As [`query::precedes`], in each lane: hits by t, patch, and parameters.
+    #[inline(always)]
+    fn is_preceded_by(&self, [t, patch, s, t_of_patch]: [f64x8<S>; 4]) -> <f64x8<S> as Real>::Truth {
+        let by_place = s.lt(self.st[0]) | (s.le(self.st[0]) & t_of_patch.lt(self.st[1]));
+        let by_patch = patch.lt(self.patch) | (patch.le(self.patch) & by_place);
+        t.lt(self.t) | (t.le(self.t) & by_patch)
+    }
+
     #[inline(always)]
     fn take(
         &mut self,
@@ -369,6 +389,80 @@ fn clear(apart: &mut [Option<PatchHit>], lanes: u64) {
     for (lane, hit) in apart.iter_mut().enumerate().take(LANES) {
         if hit.is_some() && lanes >> lane & 1 == 1 {
             *hit = None;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+    use glam::DVec3;
+
+    use super::*;
+    use crate::subdivide::FrameChoice;
+    use crate::test_support::{Noise, ball_triangles, deform, random_volume, scene_of};
+    use crate::trace::Geometry;
+
+    /// What makes a hit, to the bit.
+    fn bits(hit: Option<PatchHit>) -> Option<(u64, [u64; 2], [u32; 4], [bool; 2])> {
+        hit.map(|hit| {
+            let indices = [hit.object, hit.patch, hit.face, hit.polygon];
+            (hit.t.to_bits(), hit.st.to_array().map(f64::to_bits), indices, [hit.tangent, hit.on_border])
+        })
+    }
+
+    /// Rays of one eye in a narrow cone, of one point in all directions, or of anywhere; some short, some at borders.
+    fn rays(noise: &mut Noise, kind: usize, count: usize, scene: &TracedScene) -> Vec<Ray> {
+        let eye = DVec3::splat(0.5) + 2.0 * noise.unit_vector();
+        let aim = DVec3::splat(0.5) + 0.5 * noise.vector() - eye;
+        let inside = DVec3::splat(0.5) + 0.1 * noise.vector();
+        let patches = &scene.objects()[0].patches;
+        let mut ray = |number: usize| {
+            let mut ray = match kind {
+                0 => Ray::new(eye, aim + 0.05 * noise.vector()),
+                1 => Ray::new(inside, noise.unit_vector()),
+                2 => Ray::new(DVec3::splat(0.5) + 2.0 * noise.unit_vector(), noise.vector()),
+                _ => {
+                    let trimmed = &patches[number * 31 % patches.len()];
+                    let corner = trimmed.trim.corners(&trimmed.trim.loops()[0])[number % 3];
+                    Ray::new(eye, trimmed.patch.eval(corner).position - eye)
+                }
+            };
+            if number % 5 == 4 {
+                (ray.t_min, ray.t_max) = (0.2, 1.2);
+            }
+            ray
+        };
+        (0..count).map(&mut ray).collect()
+    }
+
+    #[test]
+    fn a_ray_finds_the_same_bits_in_a_packet_and_alone() {
+        let mut noise = Noise(61);
+        for case in 0..4 {
+            let volume = random_volume(&mut noise, [2, 3, 2], [5, 5, 6], 0.25, case % 2 == 1);
+            let scene = scene_of(deform(&ball_triangles(), Some(&volume), FrameChoice::Parallelogram));
+            let mut found = 0;
+            for number in 0..400 {
+                let rays = rays(&mut noise, number % 4, 1 + number * 7 % (2 * PACKET), &scene);
+                let alone: Vec<_> = rays.iter().map(|ray| bits(scene.closest(ray))).collect();
+                let mut hits = vec![None; rays.len()];
+                scene.closest_of_each(&rays, &mut hits);
+                let together: Vec<_> = hits.iter().map(|&hit| bits(hit)).collect();
+                assert_eq!(together, alone, "case {case}, rays {number}");
+                let mut any = vec![false; rays.len()];
+                scene.any_of_each(&rays, &mut any);
+                let each: Vec<_> = rays.iter().map(|ray| scene.any_hit(ray)).collect();
+                assert_eq!(any, each, "case {case}, rays {number}");
+                let rays = &rays[..rays.len().min(PACKET)];
+                let hits = &mut hits[..rays.len()];
+                let scratch = &mut Scratch::default();
+                dispatch!(Level::baseline(), simd => closest(simd, &scene, (rays, hits), scratch));
+                let plain: Vec<_> = hits.iter().map(|&hit| bits(hit)).collect();
+                assert_eq!(plain, alone[..rays.len()], "case {case}, rays {number}, narrow vectors");
+                found += hits.iter().flatten().count();
+            }
+            assert!(found > 1000, "{found}");
         }
     }
 }

@@ -31,15 +31,20 @@ pub(super) fn closest<S: Simd>(
         scratch,
         #[inline(always)]
         |hit, t_max| {
-            // equal distances: the first in the scene's order, whatever the traversal's
-            let key = |hit: &PatchHit| (hit.t, hit.object, hit.patch);
-            if best.as_ref().is_none_or(|best| key(&hit) < key(best)) {
+            if best.as_ref().is_none_or(|best| precedes(&hit, best)) {
                 best = Some(hit);
             }
             t_max.min(hit.t)
         },
     );
     best
+}
+
+/// Whether a hit is the nearer one; at equal distances the first in the scene's order, whatever the traversal's.
+#[inline(always)]
+pub(super) fn precedes(hit: &PatchHit, other: &PatchHit) -> bool {
+    let key = |hit: &PatchHit| (hit.t, hit.object, hit.patch, hit.st.x, hit.st.y);
+    key(hit) < key(other)
 }
 
 /// Every hit, sorted along the ray.
@@ -108,14 +113,14 @@ fn visit<S: Simd>(
 
 /// A ray in the world and in local coordinates.
 #[derive(Clone, Copy)]
-struct Asked<'a> {
-    ray: &'a Ray,
-    local: &'a LocalRay,
+pub(super) struct Asked<'a> {
+    pub(super) ray: &'a Ray,
+    pub(super) local: &'a LocalRay,
 }
 
 /// One leaf of [`visit`].
 #[inline(always)]
-fn visit_leaf<S: Simd>(
+pub(super) fn visit_leaf<S: Simd>(
     simd: S,
     (scene, index): (&TracedScene, usize),
     asked: &Asked<'_>,
@@ -231,7 +236,7 @@ fn trimmed_hit(
 /// What Bézier clipping finds in a leaf of which nothing is proved.
 #[cold]
 #[inline(never)]
-pub(super) fn clipped(
+fn clipped(
     target: &Target<'_>,
     ray: &Ray,
     (solver, mut t_max): (&mut Solver, f64),
