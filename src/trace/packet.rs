@@ -404,10 +404,13 @@ mod tests {
     use crate::trace::Geometry;
 
     /// What makes a hit, to the bit.
-    fn bits(hit: Option<PatchHit>) -> Option<(u64, [u64; 2], [u32; 4], [bool; 2])> {
+    fn bits(hit: Option<PatchHit>) -> Option<[u64; 9]> {
         hit.map(|hit| {
-            let indices = [hit.object, hit.patch, hit.face, hit.polygon];
-            (hit.t.to_bits(), hit.st.to_array().map(f64::to_bits), indices, [hit.tangent, hit.on_border])
+            let [t, s, t_of_patch] = [hit.t, hit.st.x, hit.st.y].map(f64::to_bits);
+            let [object, patch, face, polygon] =
+                [hit.object, hit.patch, hit.face, hit.polygon].map(u64::from);
+            let [tangent, on_border] = [hit.tangent, hit.on_border].map(u64::from);
+            [t, s, t_of_patch, object, patch, face, polygon, tangent, on_border]
         })
     }
 
