@@ -222,6 +222,27 @@ fn ball(n: u32) -> TriangleMesh {
     (vertices, triangles)
 }
 
+/// Does work on each of the objects a, b and c, or on the one that is named; c only with its mesh.
+pub(crate) fn each_object(
+    only: Option<&str>,
+    mesh: Option<&Path>,
+    work: impl Fn(&Object) -> Result<(), String>,
+) -> Result<(), String> {
+    let wanted = |name: &str| only.is_none_or(|only| only == name);
+    if wanted("a") {
+        work(&Object::a()?)?;
+    }
+    if wanted("b") {
+        work(&Object::b()?)?;
+    }
+    match mesh {
+        Some(path) if wanted("c") => work(&Object::c(path)?)?,
+        None if wanted("c") => eprintln!("note: object c is skipped, it needs --mesh MODEL.obj"),
+        _ => {}
+    }
+    Ok(())
+}
+
 /// Lowest and highest corner of the box around points.
 fn bounds_of(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
     points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])

@@ -42,7 +42,7 @@ use std::time::Instant;
 use clap::Parser;
 use trimray::trace::{Geometry, TracedScene};
 
-use common::objects::{Built, Object};
+use common::objects::{Built, Object, each_object};
 use common::rays::{RaySet, ray_sets};
 use common::timing::{CHUNK, LeastTimes, TraceWay, trace_packets, trace_single};
 use peer::{Mode, Peer, PeerMesh};
@@ -65,7 +65,7 @@ const WAYS: [(&str, TraceWay); 2] = [("single", trace_single), ("packets", trace
 #[derive(Debug, Parser)]
 struct Arguments {
     /// Only this object: a, b or c
-    #[arg(long)]
+    #[arg(long, value_parser = ["a", "b", "c"])]
     object: Option<String>,
     /// OBJ file of object c
     #[arg(long)]
@@ -104,24 +104,11 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
-    let wanted = |name: &str| arguments.object.as_deref().is_none_or(|only| only == name);
-    if !["a", "b", "c"].into_iter().any(wanted) {
-        return Err("--object is a, b or c".into());
-    }
     let report = Report { json: arguments.json };
     // each with a peer of its own, so that no object pays for the memory of another's meshes
-    if wanted("a") {
-        compare(&Object::a()?, arguments, report)?;
-    }
-    if wanted("b") {
-        compare(&Object::b()?, arguments, report)?;
-    }
-    match &arguments.mesh {
-        Some(path) if wanted("c") => compare(&Object::c(path)?, arguments, report)?,
-        None if wanted("c") => eprintln!("note: object c is skipped, it needs --mesh MODEL.obj"),
-        _ => {}
-    }
-    Ok(())
+    each_object(arguments.object.as_deref(), arguments.mesh.as_deref(), |object| {
+        compare(object, arguments, report)
+    })
 }
 
 /// A tessellation as Embree has it.

@@ -7,7 +7,7 @@ use trimray::spline::MAX_VOLUME_DEGREE;
 use trimray::trace::TracedScene;
 
 use crate::Arguments;
-use crate::common::objects::{Built, Object};
+use crate::common::objects::{Built, Object, each_object};
 use crate::common::rays::{random_sets, ray_sets};
 use crate::common::timing::{TraceWay, closest_rate, seconds_of_threads, trace_packets, trace_single};
 use crate::report::{Report, by, per_ray_json, per_ray_text};
@@ -104,19 +104,9 @@ fn degrees_text(scene: &TracedScene) -> String {
 
 /// The objects and rays of the benchmark beside Embree.
 pub(crate) fn objects(arguments: &Arguments, report: Report) -> Result<(), String> {
-    let wanted = |name: &str| arguments.object.as_deref().is_none_or(|only| only == name);
-    if wanted("a") {
-        one_object(arguments, report, &Object::a()?)?;
-    }
-    if wanted("b") {
-        one_object(arguments, report, &Object::b()?)?;
-    }
-    match &arguments.mesh {
-        Some(path) if wanted("c") => one_object(arguments, report, &Object::c(path)?)?,
-        None if wanted("c") => eprintln!("note: object c is skipped, it needs --mesh MODEL.obj"),
-        _ => {}
-    }
-    Ok(())
+    each_object(arguments.object.as_deref(), arguments.mesh.as_deref(), |object| {
+        one_object(arguments, report, object)
+    })
 }
 
 fn one_object(arguments: &Arguments, report: Report, object: &Object) -> Result<(), String> {

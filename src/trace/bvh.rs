@@ -78,47 +78,21 @@ impl Bvh {
         stack: &mut Stack,
         mut visit: impl FnMut(usize, f64) -> f64,
     ) {
-        if self.nodes.is_empty() {
-            return;
-        }
         let slab_ray = SlabRay::new(ray, t_min);
         let slabs = Slabs::new(simd, &slab_ray);
-        let mut far = slab_ray.distance(t_max);
-        stack.make_room(self.waiting);
-        let waiting = &mut *stack.entries;
-        let mut height = 0;
-        let mut child = 0;
-        loop {
-            if child & PRIMITIVE == 0 {
-                let node = &self.nodes[child as usize];
-                let (entries, entered) = slabs.entries(node, far);
-                if let Some(nearest) = descend(waiting, &mut height, (&node.children, &entries), entered) {
-                    child = nearest;
-                    continue;
-                }
-            } else {
-                t_max = visit((child & !PRIMITIVE) as usize, t_max);
-                if t_max == f64::NEG_INFINITY {
-                    return;
-                }
-                far = slab_ray.distance(t_max);
-            }
-            loop {
-                if height == 0 {
-                    return;
-                }
-                height -= 1;
-                let (next, entry) = waiting[height];
-                if entry <= far {
-                    child = next;
-                    break;
-                }
-            }
-        }
+        self.descend_in_order(
+            slab_ray.distance(t_max),
+            stack,
+            #[inline(always)]
+            |node, far| slabs.entries(node, far),
+            #[inline(always)]
+            |index| {
+                t_max = visit(index, t_max);
+                (t_max != f64::NEG_INFINITY).then(|| slab_ray.distance(t_max))
+            },
+        );
     }
-}
 
-impl Bvh {
     /// Visits the boxes that rays of a packet can enter.
     ///
     /// `visit` is given a box's index and returns the greatest `t` of interest for each ray; once none is positive the
@@ -130,10 +104,31 @@ impl Bvh {
         stack: &mut Stack,
         mut visit: impl FnMut(usize) -> f64x8<S>,
     ) {
+        self.descend_in_order(
+            slabs.far,
+            stack,
+            #[inline(always)]
+            |node, far| slabs.entries(node, far),
+            #[inline(always)]
+            |index| Some(slabs.distance(visit(index)).min(slabs.far)),
+        );
+    }
+
+    /// Visits boxes that are entered before a distance `far`, the nearest child of each node first.
+    ///
+    /// `enter` says where a node's boxes are entered, with a bit for each that is; `visit` is given a box's index and returns
+    /// the new `far`, or `None` to end.
+    #[inline(always)]
+    fn descend_in_order(
+        &self,
+        mut far: f32,
+        stack: &mut Stack,
+        enter: impl Fn(&Node, f32) -> ([f32; WIDTH], u64),
+        mut visit: impl FnMut(usize) -> Option<f32>,
+    ) {
         if self.nodes.is_empty() {
             return;
         }
-        let mut far = slabs.far;
         stack.make_room(self.waiting);
         let waiting = &mut *stack.entries;
         let mut height = 0;
@@ -141,13 +136,14 @@ impl Bvh {
         loop {
             if child & PRIMITIVE == 0 {
                 let node = &self.nodes[child as usize];
-                let (entries, entered) = slabs.entries(node, far);
+                let (entries, entered) = enter(node, far);
                 if let Some(nearest) = descend(waiting, &mut height, (&node.children, &entries), entered) {
                     child = nearest;
                     continue;
                 }
             } else {
-                far = slabs.distance(visit((child & !PRIMITIVE) as usize)).min(slabs.far);
+                let Some(new) = visit((child & !PRIMITIVE) as usize) else { return };
+                far = new;
             }
             loop {
                 if height == 0 {

@@ -10,7 +10,7 @@ use crate::math::polygon::{self, Side};
 use crate::patch::{TrimRegion, TrimmedPatch};
 
 use super::local::LocalSpace;
-use super::shape::{Shape, quadratic_range};
+use super::shape::{Shape, hull, quadratic_range};
 
 /// Slope bound of f, g and h below which a rectangle is not split further.
 ///
@@ -92,6 +92,12 @@ pub(crate) struct Leaf {
     /// Index of its object in the scene.
     pub(crate) object: u32,
     pub(crate) cover: Cover,
+}
+
+/// The cuts of each loop.
+#[inline(always)]
+pub(crate) fn by_loop(cuts: &[Cut]) -> impl Iterator<Item = &[Cut]> + Clone {
+    cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop)
 }
 
 impl Leaf {
@@ -233,7 +239,7 @@ impl Splitter<'_> {
         let shape = &candidate.shape;
         let pad = 8.0 * self.error + 4.0 * OVERLAP + 2.0 * TANGENT_TOLERANCE;
         if !shape.is_proven() {
-            let [low, high] = shape.hull(&self.trimmed.patch, [candidate.low, candidate.high], self.space);
+            let [low, high] = hull(&self.trimmed.patch, [candidate.low, candidate.high], self.space);
             let pad = pad * (1.0 + (high - low).length());
             return (shape.reach_of_box([low - pad, high + pad]), [low - pad, high + pad]);
         }

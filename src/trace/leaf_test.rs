@@ -5,7 +5,7 @@
 use crate::math::lanes::{Real, Truth, Vector};
 use crate::patch::PointLanes;
 
-use super::leaf::{Cover, Cut, DOMAIN, Leaf};
+use super::leaf::{Cover, Cut, DOMAIN, Leaf, by_loop};
 
 /// Most Newton steps from a seed. It is close enough for 2 to 4; a search that takes more is given to clipping.
 const MAX_STEPS: usize = 10;
@@ -258,7 +258,7 @@ pub(super) fn trimmed_away<R: Real>(cuts: &[Cut], seed: &Seed<R>) -> R::Truth {
     let limit = -(seed.radius + seed.border);
     // without cuts the whole leaf is inside
     let mut away = if cuts.is_empty() { limit.lt(limit) } else { limit.le(limit) };
-    for of_loop in cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop) {
+    for of_loop in by_loop(cuts) {
         let mut outside = limit.lt(limit);
         for cut in of_loop {
             outside = outside | cut_value(cut, seed.u, seed.v).lt(limit);
@@ -366,7 +366,7 @@ pub(super) fn sides<R: Real>(leaf: &Leaf, cuts: &[Cut], [s, t]: [R; 2]) -> Sides
     if let Cover::Inside(trim_loop) = leaf.cover {
         return Sides { trim_loop: s.all(f64::from(trim_loop)), inside: !beside, unclear: beside };
     }
-    for of_loop in cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop) {
+    for of_loop in by_loop(cuts) {
         let mut least = s.all(f64::INFINITY);
         for cut in of_loop {
             least = least.lesser(cut_value(cut, u, v));

@@ -239,12 +239,7 @@ impl<S: Simd> Packet<S> {
             let before = self.hit(scene, half * LANES + lane);
             let t_max = before.map_or(ray.t_max, |hit| hit.t);
             let mut best = before;
-            let mut accept = |hit: PatchHit, t_max: f64| {
-                if best.as_ref().is_none_or(|best| query::precedes(&hit, best)) {
-                    best = Some(hit);
-                }
-                t_max.min(hit.t)
-            };
+            let mut accept = |hit: PatchHit, t_max: f64| query::keep_nearer(&mut best, hit, t_max);
             let asked = Asked { ray, local: &scene.space().ray(ray) };
             simd.vectorize(
                 #[inline(always)]
@@ -354,7 +349,7 @@ fn transpose<S: Simd>(rows: [f64x8<S>; LANES]) -> [f64x8<S>; LANES] {
 }
 
 impl<S: Simd> Best<S> {
-    /// As [`query::precedes`], in each lane: hits by t, patch, and parameters.
+    /// As [`query::keep_nearer`] compares, in each lane: hits by t, patch, and parameters.
     #[inline(always)]
     fn is_preceded_by(&self, [t, patch, s, t_of_patch]: [f64x8<S>; 4]) -> <f64x8<S> as Real>::Truth {
         let by_place = s.lt(self.st[0]) | (s.le(self.st[0]) & t_of_patch.lt(self.st[1]));

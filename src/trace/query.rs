@@ -30,21 +30,20 @@ pub(super) fn closest<S: Simd>(
         ray,
         scratch,
         #[inline(always)]
-        |hit, t_max| {
-            if best.as_ref().is_none_or(|best| precedes(&hit, best)) {
-                best = Some(hit);
-            }
-            t_max.min(hit.t)
-        },
+        |hit, t_max| keep_nearer(&mut best, hit, t_max),
     );
     best
 }
 
-/// Whether a hit is the nearer one; at equal distances the first in the scene's order, whatever the traversal's.
+/// Keeps the nearer hit, at equal distances the first in the scene's order, whatever the traversal's; returns the new
+/// greatest `t`.
 #[inline(always)]
-pub(super) fn precedes(hit: &PatchHit, other: &PatchHit) -> bool {
+pub(super) fn keep_nearer(best: &mut Option<PatchHit>, hit: PatchHit, t_max: f64) -> f64 {
     let key = |hit: &PatchHit| (hit.t, hit.object, hit.patch, hit.st.x, hit.st.y);
-    key(hit) < key(other)
+    if best.as_ref().is_none_or(|best| key(&hit) < key(best)) {
+        *best = Some(hit);
+    }
+    t_max.min(hit.t)
 }
 
 /// Every hit, sorted along the ray.

@@ -140,11 +140,6 @@ impl Shape {
         self.steepest
     }
 
-    /// Box of the control points over a rectangle, in local coordinates.
-    pub(crate) fn hull(&self, patch: &BezierPatch, rectangle: [DVec2; 2], space: &LocalSpace) -> [DVec3; 2] {
-        hull(patch, rectangle, space)
-    }
-
     /// Box in leaf coordinates around a local box.
     pub(crate) fn reach_of_box(&self, [low, high]: [DVec3; 2]) -> [DVec3; 2] {
         let (middle, half) = (0.5 * (low + high) - self.centre, 0.5 * (high - low));
@@ -248,7 +243,8 @@ fn cubic_of_height(forms: [[f32; 3]; 3], h_cubic: [f64; 4]) -> ([f32; 4], f64) {
     (exact.map(nearest), exact.iter().map(|x| x.abs() * f64::from(f32::EPSILON)).sum())
 }
 
-fn hull(patch: &BezierPatch, [low, high]: [DVec2; 2], space: &LocalSpace) -> [DVec3; 2] {
+/// Box of the control points over a rectangle, in local coordinates.
+pub(crate) fn hull(patch: &BezierPatch, [low, high]: [DVec2; 2], space: &LocalSpace) -> [DVec3; 2] {
     patch.subpatch(low, high).hull_bounds().map(|corner| space.point(corner))
 }
 

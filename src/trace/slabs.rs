@@ -66,6 +66,12 @@ pub(super) struct SlabRay {
     per_t: f64,
 }
 
+/// Bound on the rounding of an origin's coordinate: in double precision, and of the result in single precision.
+#[inline(always)]
+fn slack<R: Real>(rounding: R, origin: R) -> R {
+    rounding + origin.abs() * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE)
+}
+
 impl SlabRay {
     #[expect(clippy::cast_possible_truncation, reason = "roundings to single precision are within the slack")]
     #[inline(always)]
@@ -81,9 +87,7 @@ impl SlabRay {
             per_t,
         };
         for axis in 0..3 {
-            // roundings: of the origin in double precision, of the result in single precision
-            let slack =
-                ray.rounding + f64::from(f32::EPSILON) * origin[axis].abs() + f64::from(f32::MIN_POSITIVE);
+            let slack = slack(ray.rounding, origin[axis]);
             // -0 goes forwards
             let backward = direction[axis] < 0.0;
             let sign = if backward { -1.0 } else { 1.0 };
@@ -174,10 +178,7 @@ impl PacketAxis {
         if direction[1].simd_lt(zero).to_bitmask() != backward || (backward != 0 && backward != 0xff) {
             return None;
         }
-        let slack = |half: usize| {
-            rounding[half] + Real::abs(origin[half]) * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE)
-        };
-        let slack = [slack(0), slack(1)];
+        let slack = [slack(rounding[0], origin[0]), slack(rounding[1], origin[1])];
         let least = down((origin[0] - slack[0]).lesser(origin[1] - slack[1]).reduce_min());
         let greatest = up((origin[0] + slack[0]).greater(origin[1] + slack[1]).reduce_max());
         let steepness = [per_t[0] / Real::abs(direction[0]), per_t[1] / Real::abs(direction[1])];
@@ -258,11 +259,8 @@ impl<S: Simd> SpreadSlabs<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, [a, b]: [&LocalRays<f64x8<S>>; 2]) -> Self {
         let per_t = [Real::sqrt(a.direction.dot(a.direction)), Real::sqrt(b.direction.dot(b.direction))];
-        let slack = |half: &LocalRays<f64x8<S>>, origin: f64x8<S>| {
-            half.rounding + Real::abs(origin) * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE)
-        };
         let origin = |p: f64x8<S>, q: f64x8<S>| {
-            let (e, f) = (slack(a, p), slack(b, q));
+            let (e, f) = (slack(a.rounding, p), slack(b.rounding, q));
             [simd.narrow_f64x8(p + e, q + f), simd.narrow_f64x8(p - e, q - f)]
         };
         let steep = |per_t: f64x8<S>, d: f64x8<S>| {

@@ -6,7 +6,7 @@ use crate::math::rounding::gamma;
 use crate::patch::{BezierPatch, Extent, TrimLoop, TrimRegion, TrimmedPatch};
 
 use super::Ray;
-use super::leaf::{Cover, Cut, Leaf, TANGENT_TOLERANCE};
+use super::leaf::{Cover, Cut, Leaf, TANGENT_TOLERANCE, by_loop};
 use super::local::LocalSpace;
 use super::projection::AcrossRay;
 use super::scene::{PatchHit, Solver};
@@ -77,8 +77,7 @@ impl Target<'_> {
                 find_loop(&self.trimmed.trim, std::iter::once(trim_loop), root.st, tolerance)
             }
             Cover::Crossed { .. } => {
-                let loops =
-                    self.cuts.chunk_by(|a, b| a.trim_loop == b.trim_loop).map(|cuts| cuts[0].trim_loop);
+                let loops = by_loop(self.cuts).map(|cuts| cuts[0].trim_loop);
                 find_loop(&self.trimmed.trim, loops, root.st, tolerance)
             }
         };
