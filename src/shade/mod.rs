@@ -1,5 +1,6 @@
 //! Stage 5: cameras, lights, materials, samplers and integrators.
 
+mod bsdf;
 mod camera;
 mod light;
 mod material;
@@ -14,9 +15,10 @@ mod statistics;
 pub(crate) mod testing;
 mod warp;
 
+pub use bsdf::{Bsdf, BsdfSample, BsdfValue};
 pub use camera::{CameraError, CameraSettings, FovAxis, PerspectiveCamera};
 pub use light::{Light, LightEnd, LightError, LightHit, LightSample, LightSet};
-pub use material::{BsdfSample, BsdfValue, Material};
+pub use material::Material;
 pub use path::PathIntegrator;
 pub use rectangle::{Rectangle, RectangleHit};
 pub use sampler::Sampler;

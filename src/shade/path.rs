@@ -165,21 +165,21 @@ impl Walk {
             self.radiance = DVec3::NAN;
             return None;
         }
-        let material = scene.material(surface);
+        let bsdf = scene.material(surface).bsdf(surface);
         let to_viewer = to_viewer.normalize();
 
         // the lights
         let (choice, u) = (sampler.next_1d(), sampler.next_2d());
         if let Some(light) = scene.lights.sample(surface.position, choice, u) {
-            let bsdf = material.eval(surface.normal, to_viewer, light.direction);
-            if bsdf.value != DVec3::ZERO && scene.is_lit(surface, &light, statistics) {
-                let weight = if light.is_delta { 1.0 } else { mis_weight(light.pdf, bsdf.pdf) };
-                self.radiance += weight * self.throughput * bsdf.value * light.weight;
+            let value = bsdf.eval(to_viewer, light.direction);
+            if value.value != DVec3::ZERO && scene.is_lit(surface, &light, statistics) {
+                let weight = if light.is_delta { 1.0 } else { mis_weight(light.pdf, value.pdf) };
+                self.radiance += weight * self.throughput * value.value * light.weight;
             }
         }
 
         // the material
-        let next = material.sample(surface.normal, to_viewer, sampler.next_2d())?;
+        let next = bsdf.sample(to_viewer, sampler.next_1d(), sampler.next_2d())?;
         self.throughput *= next.weight;
         self.pdf = Some(next.pdf);
         (self.throughput != DVec3::ZERO).then(|| spawn_ray(surface, next.to_light))
@@ -212,13 +212,13 @@ fn first_hit<G: Geometry>(scene: &ShadingScene<'_, G>, ray: &Ray, hit: &SceneHit
         SceneHit::Surface(surface) => FirstHit {
             depth: surface.t * per_t,
             position: surface.position,
-            normal: surface.normal,
+            normal: surface.shading_normal,
             geo_normal: surface.normal,
             uv: surface.uv,
             st: surface.st,
             rest: surface.rest,
             ids: Some(SurfaceIds { object: surface.object, face: surface.face, patch: surface.patch }),
-            albedo: scene.material(surface).albedo(),
+            albedo: scene.material(surface).albedo(surface),
         },
         SceneHit::Light(light) => FirstHit {
             depth: light.hit.t * per_t,

@@ -55,7 +55,7 @@ fn offset_origin(from: &SurfaceInteraction, direction: DVec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shade::testing::{Shape, Shapes};
+    use crate::shade::testing::{Shape, Shapes, to_world};
     use crate::shade::{Sampler, warp};
     use crate::trace::Geometry;
 
@@ -75,7 +75,7 @@ mod tests {
             };
             hits += 1;
             let local = warp::cosine_hemisphere(sampler.next_2d());
-            let out = spawn_ray(&hit, warp::to_world(hit.normal, local));
+            let out = spawn_ray(&hit, to_world(hit.normal, local));
             assert!(!sphere.any_hit(&out), "sample {i}: hit itself from {}", hit.position);
             let inwards = spawn_ray(&hit, -out.direction);
             let through = sphere.closest_hit(&inwards);

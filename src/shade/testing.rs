@@ -5,6 +5,15 @@ use glam::{DVec2, DVec3};
 use crate::math::rounding::gamma;
 use crate::trace::{Geometry, Ray, SurfaceInteraction};
 
+/// Turns `local`, whose +z is the normal, to the world.
+///
+/// # Panics
+/// In debug builds, if `normal` has not length 1.
+pub(crate) fn to_world(normal: DVec3, local: DVec3) -> DVec3 {
+    let (tangent, bitangent) = normal.any_orthonormal_pair();
+    local.x * tangent + local.y * bitangent + local.z * normal
+}
+
 /// A shape whose hits are computed directly.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Shape {
@@ -70,6 +79,11 @@ fn hit_quad(corner: DVec3, u: DVec3, v: DVec3, ray: &Ray) -> Option<SurfaceInter
     Some(SurfaceInteraction { st, uv: st, ..interaction(t, position, cross.normalize(), gamma(20) * reach) })
 }
 
+/// A point of a surface with that normal.
+pub(crate) fn surface(normal: DVec3) -> SurfaceInteraction {
+    interaction(1.0, DVec3::ZERO, normal, 0.0)
+}
+
 fn interaction(t: f64, position: DVec3, normal: DVec3, position_error: f64) -> SurfaceInteraction {
     let (dp_ds, dp_dt) = normal.any_orthonormal_pair();
     SurfaceInteraction {
@@ -83,6 +97,8 @@ fn interaction(t: f64, position: DVec3, normal: DVec3, position_error: f64) -> S
         position,
         position_error,
         normal,
+        shading_normal: normal,
+        dp_du: DVec3::NAN,
         dp_ds,
         dp_dt,
     }

@@ -46,19 +46,11 @@ pub fn uniform_sphere(u: DVec2) -> DVec3 {
     DVec3::new(radius * cos, radius * sin, z)
 }
 
-/// Turns `local`, whose +z is the normal, to the world.
-///
-/// # Panics
-/// In debug builds, if `normal` has not length 1.
-pub(super) fn to_world(normal: DVec3, local: DVec3) -> DVec3 {
-    let (tangent, bitangent) = normal.any_orthonormal_pair();
-    local.x * tangent + local.y * bitangent + local.z * normal
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::shade::Sampler;
+    use crate::shade::testing::to_world;
 
     const COUNT: u32 = 200_000;
 

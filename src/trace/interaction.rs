@@ -27,6 +27,10 @@ pub struct SurfaceInteraction {
     pub position_error: f64,
     /// Unit geometric normal, on the side from which the input face winds counter-clockwise.
     pub normal: DVec3,
+    /// Unit normal for shading: the geometric one, or one carried from the mesh's vertices.
+    pub shading_normal: DVec3,
+    /// Partial derivative of the position by the texture coordinate u; NaN where there is none.
+    pub dp_du: DVec3,
     /// Partial derivative of the position by `s`.
     pub dp_ds: DVec3,
     /// Partial derivative of the position by `t`.

@@ -246,6 +246,7 @@ impl TracedScene {
         let trimmed = &object.patches[hit.patch as usize];
         let point = trimmed.patch.eval(hit.st);
         let rest = trimmed.frame.point(hit.st);
+        let normal = normal(trimmed, hit.st, &point);
         SurfaceInteraction {
             t: hit.t,
             object: hit.object,
@@ -256,7 +257,9 @@ impl TracedScene {
             rest,
             position: point.position,
             position_error: position_error(&trimmed.patch),
-            normal: normal(trimmed, hit.st, &point),
+            normal,
+            shading_normal: normal,
+            dp_du: DVec3::NAN,
             dp_ds: point.dp_ds,
             dp_dt: point.dp_dt,
         }
