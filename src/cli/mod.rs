@@ -17,7 +17,7 @@ use thiserror::Error;
 use crate::film::FilmSettings;
 use crate::output::OutputError;
 use crate::scene::{BuiltScene, SceneDescription, SceneError, parse_scene};
-use crate::shade::{CameraSettings, PerspectiveCamera};
+use crate::shade::{Camera, CameraSettings};
 
 /// Set by Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -162,9 +162,8 @@ impl SceneArgs {
     }
 }
 
-fn checked_camera(camera: &CameraSettings, film: &FilmSettings) -> Result<PerspectiveCamera, CliError> {
-    PerspectiveCamera::try_new(camera, film.size)
-        .map_err(|error| CliError::Input(format!("[camera]: {error}")))
+fn checked_camera(camera: &CameraSettings, film: &FilmSettings) -> Result<Camera, CliError> {
+    Camera::try_new(camera, film.size).map_err(|error| CliError::Input(format!("[camera]: {error}")))
 }
 
 fn check_interrupted() -> Result<(), CliError> {

@@ -6,8 +6,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 pub(super) fn progress_bar(total: u64, quiet: bool) -> ProgressBar {
     let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
     let bar = ProgressBar::with_draw_target(Some(total), target);
-    let style = ProgressStyle::with_template("{percent:>3}% [{wide_bar}] {elapsed} elapsed, {eta} left")
-        .expect("the template is valid");
+    let style = ProgressStyle::with_template(
+        "{percent:>3}% [{wide_bar}] {human_pos} of {human_len} samples, {elapsed} elapsed, {eta} left",
+    )
+    .expect("the template is valid");
     bar.set_style(style.progress_chars("=> "));
     bar
 }

@@ -1,7 +1,7 @@
 //! `trimray render`.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
@@ -9,9 +9,9 @@ use serde_json::json;
 
 use crate::film::{Aov, ExrHeader, FilmSettings, write_exr, write_png};
 use crate::output::check_writable;
-use crate::render::{RenderControl, RenderError, render};
+use crate::render::{Checkpoint, CheckpointFile, RenderControl, RenderError, Rendered, TevPreview, render};
 use crate::scene::{BuiltScene, Choice, SceneDescription, parse_crop, parse_size, validate_film};
-use crate::shade::{IntegratorKind, Light, Material, PerspectiveCamera, ShadingScene};
+use crate::shade::{Camera, IntegratorKind, Light, Material, Projection, ShadingScene};
 
 use super::progress::progress_bar;
 use super::statistics::{Acceleration, print_render};
@@ -43,6 +43,21 @@ pub(super) struct RenderArgs {
     /// How light is gathered: path or direct
     #[arg(long, value_name = "I", value_parser = IntegratorKind::from_name)]
     integrator: Option<IntegratorKind>,
+    /// Save the state to this file now and then and on Ctrl-C, for --resume
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
+    /// Seconds between two savings
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds, requires = "checkpoint")]
+    checkpoint_interval: f64,
+    /// Go on from the checkpoint file, if it is there; with a larger --spp also from a picture that is done
+    #[arg(long, requires = "checkpoint")]
+    resume: bool,
+    /// Stop after this many seconds and write the picture with the samples that there are
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    time_limit: Option<f64>,
+    /// Show the picture as it grows in the viewer tev, if one listens there
+    #[arg(long, value_name = "HOST[:PORT]", num_args = 0..=1, default_missing_value = "127.0.0.1")]
+    preview: Option<String>,
     /// Print to stderr what the rays met, and the acceleration structure
     #[arg(long)]
     stats: bool,
@@ -70,20 +85,36 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
     let camera = camera.map_or_else(|| checked_camera(&built.camera, &scene.film), Ok)?;
     let shading =
         ShadingScene { geometry: &built.traced, object_materials: &built.materials, lights: &built.lights };
-    let bar = progress_bar(pixels(&scene.film), args.quiet);
+    let checkpoint = args.checkpoint_file(&scene, &built)?;
+    let resume = args.resumed(checkpoint.as_ref())?;
+    let preview = args.open_preview(&path, &scene.film);
+    let bar = progress_bar(pixels(&scene.film) * u64::from(scene.render.spp), args.quiet);
     let control = RenderControl {
         threads,
-        cancel: &INTERRUPTED,
-        progress: &|done, _| bar.set_position(done.max(bar.position())),
+        deadline: args.time_limit.map(|seconds| started + Duration::from_secs_f64(seconds)),
+        progress: &|done, total| {
+            bar.set_length(total);
+            bar.set_position(done.max(bar.position()));
+        },
+        checkpoint: checkpoint.as_ref(),
+        resume: resume.as_ref(),
+        preview: preview.as_ref(),
+        ..RenderControl::new(&INTERRUPTED)
     };
     let rendered = render(&shading, &camera, &scene.film, &scene.render, &control);
     bar.finish_and_clear();
-    let (image, statistics) = rendered.map_err(|error| match error {
+    let Rendered { image, statistics, samples: [least, most] } = rendered.map_err(|error| match error {
         RenderError::Interrupted => CliError::Interrupted,
+        RenderError::Checkpoint(error) => CliError::Input(error.to_string()),
+        RenderError::Output(error) => CliError::Output(error),
         other => CliError::Failed(other.into()),
     })?;
     if statistics.non_finite_samples > 0 {
         eprintln!("trimray: {} samples were not finite and count as black", statistics.non_finite_samples);
+    }
+    if least < scene.render.spp && !args.quiet {
+        let spp = scene.render.spp;
+        eprintln!("trimray: the time is over: pixels have {least} to {most} samples instead of {spp}");
     }
     match format {
         Format::Exr => write_exr(&path, &image, &header(&scene, &built, &camera)?)?,
@@ -105,7 +136,63 @@ fn pixels(film: &FilmSettings) -> u64 {
     u64::from(width) * u64::from(height)
 }
 
+/// Seconds of a flag: above 0.
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if Duration::try_from_secs_f64(seconds).is_ok_and(|seconds| !seconds.is_zero()) => {
+            Ok(seconds)
+        }
+        _ => Err("must be a number of seconds above 0".to_owned()),
+    }
+}
+
 impl RenderArgs {
+    fn checkpoint_file(
+        &self,
+        scene: &SceneDescription,
+        built: &BuiltScene,
+    ) -> Result<Option<CheckpointFile>, CliError> {
+        let Some(path) = self.checkpoint.clone() else { return Ok(None) };
+        check_writable(&path)?;
+        let mut settings = settings_json(scene, built);
+        settings["render"]["spp"] = serde_json::Value::Null;
+        let scene_hash = scene_hash(scene, built).context("the scene's hash")?;
+        let interval = Duration::from_secs_f64(self.checkpoint_interval);
+        Ok(Some(CheckpointFile::new(path, scene_hash, settings, interval)))
+    }
+
+    /// The state to go on from, if there is one.
+    fn resumed(&self, file: Option<&CheckpointFile>) -> Result<Option<Checkpoint>, CliError> {
+        let Some(file) = file else { return Ok(None) };
+        let shown = file.path().display();
+        match (file.path().exists(), self.resume) {
+            (true, true) => file.read().map(Some).map_err(|error| CliError::Input(error.to_string())),
+            (true, false) => Err(CliError::Input(format!(
+                "{shown}: is there already; --resume goes on from it, or delete it to start anew"
+            ))),
+            (false, true) => {
+                if !self.quiet {
+                    eprintln!("trimray: {shown} is not there yet: starting from the first sample");
+                }
+                Ok(None)
+            }
+            (false, false) => Ok(None),
+        }
+    }
+
+    /// The viewer's picture; that none listens is said and is no error.
+    fn open_preview(&self, path: &Path, film: &FilmSettings) -> Option<TevPreview> {
+        let address = self.preview.as_ref()?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        match TevPreview::open(address, &name, film.size) {
+            Ok(preview) => Some(preview),
+            Err(error) => {
+                eprintln!("trimray: no preview: tev at {address}: {error}");
+                None
+            }
+        }
+    }
+
     fn override_settings(&self, scene: &mut SceneDescription) -> Result<(), CliError> {
         let SceneDescription { film, render, .. } = scene;
         film.size = self.size.unwrap_or(film.size);
@@ -135,11 +222,7 @@ impl RenderArgs {
     }
 }
 
-fn header(
-    scene: &SceneDescription,
-    built: &BuiltScene,
-    camera: &PerspectiveCamera,
-) -> Result<ExrHeader, CliError> {
+fn header(scene: &SceneDescription, built: &BuiltScene, camera: &Camera) -> Result<ExrHeader, CliError> {
     let settings = settings_json(scene, built);
     Ok(ExrHeader {
         camera_from_world: camera.camera_from_world(),
@@ -157,17 +240,29 @@ fn settings_json(scene: &SceneDescription, built: &BuiltScene) -> serde_json::Va
     json!({
         "camera": {
             "origin": camera.origin.to_array(), "target": camera.target.to_array(), "up": camera.up.to_array(),
-            "fov": camera.fov, "fov_axis": camera.fov_axis.name(),
+            "projection": projection_json(&camera.projection),
         },
         "film": { "size": film.size, "filter": film.filter.name(), "crop": film.crop },
         "render": {
-            "integrator": render.integrator.name(), "spp": render.spp, "max_depth": render.max_depth,
+            "integrator": render.integrator.name(), "sampler": render.sampler.name(), "spp": render.spp, "max_depth": render.max_depth,
             "rr_depth": render.rr_depth, "seed": render.seed, "hide_emitters": render.hide_emitters,
             "aovs": render.aovs.iter().map(|aov: &Aov| aov.name()).collect::<Vec<_>>(),
         },
         "materials": built.materials.iter().map(material_json).collect::<Vec<_>>(),
         "lights": scene.lights_or_default().iter().map(light_json).collect::<Vec<_>>(),
     })
+}
+
+fn projection_json(projection: &Projection) -> serde_json::Value {
+    match projection {
+        Projection::Perspective { fov, fov_axis, lens } => json!({
+            "type": if lens.is_some() { "thinlens" } else { "perspective" },
+            "fov": fov, "fov_axis": fov_axis.name(),
+            "aperture_radius": lens.map(|lens| lens.aperture_radius),
+            "focus_distance": lens.map(|lens| lens.focus_distance),
+        }),
+        Projection::Orthographic { width } => json!({ "type": "orthographic", "width": width }),
+    }
 }
 
 fn material_json(material: &Material) -> serde_json::Value {

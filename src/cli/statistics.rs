@@ -107,7 +107,7 @@ impl Sample {
                 let size = DVec2::new(scene.film.size[0].into(), scene.film.size[1].into());
                 let middle = |[x, y]: [u32; 2]| {
                     let cell = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                    camera.ray(cell / f64::from(SAMPLE_SIDE) * size)
+                    camera.ray(cell / f64::from(SAMPLE_SIDE) * size, DVec2::splat(0.5))
                 };
                 ("camera", sample_cells().map(middle).collect::<Vec<_>>())
             }

@@ -58,8 +58,8 @@ impl Aov {
     /// Its components' values, in the first places: 0 for a miss, -1 for a miss's ids.
     ///
     /// Texture coordinates that the mesh has not (NaN) are 0, as no reader expects NaN there.
-    /// `variance` is the variance of the pixel's mean, which no hit knows.
-    pub fn values(self, hit: Option<&FirstHit>, variance: DVec3) -> DVec3 {
+    /// `variance`, which no hit knows, is 0.
+    pub fn values(self, hit: Option<&FirstHit>) -> DVec3 {
         let pair = |pair: DVec2| if pair.is_nan() { DVec2::ZERO } else { pair }.extend(0.0);
         let ids = hit.and_then(|hit| hit.ids);
         let id = |id: Option<u32>| DVec3::new(id.map_or(NO_ID, f64::from), 0.0, 0.0);
@@ -76,7 +76,7 @@ impl Aov {
             Self::Face => id(ids.map(|ids| ids.face)),
             Self::Patch => id(ids.map(|ids| ids.patch)),
             Self::Albedo => of_hit(|hit| hit.albedo),
-            Self::Variance => variance,
+            Self::Variance => DVec3::ZERO,
         }
     }
 }

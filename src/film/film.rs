@@ -1,11 +1,15 @@
 //! From samples to pixels.
 
-use glam::DVec3;
 use thiserror::Error;
 
+use super::exposure::Exposure;
+use super::filter::Filter;
 use super::image::{Image, Window};
-use super::sample::{FirstHit, Sample};
 use super::settings::{Aov, FilmSettings};
+
+/// Pixels along a tile's side: enough work to be worth handing out, and tiles enough for all threads of a small picture.
+/// Sums of several tiles are added in the tiles' order, so that another side would change the last bits of pixels.
+const TILE_SIDE: u32 = 16;
 
 /// Why a film cannot be exposed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -26,11 +30,12 @@ pub enum FilmError {
     },
 }
 
-/// Which pixels there are, and which channels they have.
+/// Which pixels there are, which channels they have, and how samples become pixels.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Film {
     size: [u32; 2],
     window: Window,
+    filter: Filter,
     aovs: Vec<Aov>,
 }
 
@@ -58,12 +63,39 @@ impl Film {
                 once.push(*aov);
             }
         }
-        Ok(Self { size, window: Window { x, y, width, height }, aovs: once })
+        Ok(Self { size, window: Window { x, y, width, height }, filter: settings.filter, aovs: once })
     }
 
-    /// The pixels to render: the crop.
+    /// The pixels of the picture: the crop.
     pub const fn window(&self) -> Window {
         self.window
+    }
+
+    /// The reconstruction filter.
+    pub const fn filter(&self) -> Filter {
+        self.filter
+    }
+
+    /// The layers.
+    pub fn aovs(&self) -> &[Aov] {
+        &self.aovs
+    }
+
+    /// The tiles to sample, row by row: all pixels whose samples count for one of the crop. They are on one grid for all
+    /// crops, so that a pixel's sums are added up alike in all of them.
+    pub fn tiles(&self) -> Vec<Window> {
+        let sampled = self.window.grown(self.filter.border(), self.frame());
+        self.frame().tiles(TILE_SIDE).filter_map(|tile| tile.intersection(sampled)).collect()
+    }
+
+    /// All pixels, the crop's or not.
+    const fn frame(&self) -> Window {
+        Window { x: 0, y: 0, width: self.size[0], height: self.size[1] }
+    }
+
+    /// A tile without samples.
+    pub fn exposure(&self, tile: Window) -> Exposure {
+        Exposure::new(self, tile)
     }
 
     /// An unexposed picture: R, G, B, A, then the layers.
@@ -76,78 +108,36 @@ impl Film {
         Image::new(self.size, self.window, &names)
     }
 
-    /// Appends a finished pixel's channels, in the order of [`Self::image`].
-    pub fn develop(&self, pixel: &Pixel, channels: &mut Vec<f32>) {
-        let mean = pixel.mean;
-        channels.extend([mean.x, mean.y, mean.z, pixel.alpha()].map(to_f32));
-        let variance = pixel.variance_of_mean();
-        for aov in &self.aovs {
-            let values = aov.values(pixel.first_hit.as_ref(), variance).to_array();
-            channels.extend(values[..aov.components().len()].iter().copied().map(to_f32));
+    /// The picture of all tiles' samples; `tiles` in the order of [`Self::tiles`].
+    pub fn develop<'a>(&self, tiles: impl IntoIterator<Item = &'a Exposure>) -> Image {
+        let tiles: Vec<&Exposure> = tiles.into_iter().collect();
+        let mut image = self.image();
+        for exposure in &tiles {
+            let around = exposure.tile().grown(2 * self.filter.border(), self.frame());
+            let near: Vec<&Exposure> =
+                tiles.iter().copied().filter(|other| other.tile().intersection(around).is_some()).collect();
+            if let Some((window, channels)) = self.develop_tile(exposure, &near) {
+                image.put_tile(window, &channels);
+            }
         }
-    }
-}
-
-/// The nearest 32-bit float; beyond the greatest one, that.
-#[expect(clippy::cast_possible_truncation, reason = "pictures are 32-bit; the rounding is meant")]
-fn to_f32(value: f64) -> f32 {
-    value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
-}
-
-/// The samples of one pixel, put together with the box filter: each counts alike.
-#[derive(Clone, Debug, PartialEq, Default)]
-pub struct Pixel {
-    count: u32,
-    mean: DVec3,
-    /// Sum of the squared deviations from the mean.
-    deviation_sq: DVec3,
-    alpha_sum: f64,
-    first_hit: Option<FirstHit>,
-}
-
-impl Pixel {
-    /// Adds a sample, updating mean and deviation as Welford (1962) does, which keeps their digits.
-    ///
-    /// A sample whose radiance is no finite 32-bit float counts as black. Returns whether it was
-    /// finite.
-    pub fn add(&mut self, sample: &Sample) -> bool {
-        // NaN fails this too
-        let finite = sample.radiance.abs().cmple(DVec3::splat(f32::MAX.into())).all();
-        let radiance = if finite { sample.radiance } else { DVec3::ZERO };
-        self.count += 1;
-        let before = radiance - self.mean;
-        self.mean += before / f64::from(self.count);
-        self.deviation_sq += before * (radiance - self.mean);
-        self.alpha_sum += sample.alpha;
-        // never a blend, so that ids and depths stay true
-        if self.first_hit.is_none() {
-            self.first_hit = sample.first_hit;
-        }
-        finite
+        image
     }
 
-    /// Mean of the samples' alpha.
-    fn alpha(&self) -> f64 {
-        self.alpha_sum / f64::from(self.count.max(1))
-    }
-
-    /// Variance of the mean: the samples' variance s² = Σ(x - mean)² / (n - 1), over n. 0 for one
-    /// sample, which says nothing of it.
-    fn variance_of_mean(&self) -> DVec3 {
-        if self.count < 2 {
-            return DVec3::ZERO;
-        }
-        let n = f64::from(self.count);
-        self.deviation_sq / (n * (n - 1.0))
+    /// The pixels of the picture that are in a tile, and all channels of each in turn, of the samples of the tiles `near`.
+    pub fn develop_tile(&self, exposure: &Exposure, near: &[&Exposure]) -> Option<(Window, Vec<f32>)> {
+        let window = exposure.tile().intersection(self.window)?;
+        let mut channels = Vec::new();
+        window.places().for_each(|place| exposure.develop(near, place, &mut channels));
+        Some((window, channels))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec2;
+    use glam::{DVec2, DVec3};
 
     use super::*;
-    use crate::film::SurfaceIds;
+    use crate::film::{FirstHit, Sample, SurfaceIds};
 
     fn sample(radiance: DVec3, object: Option<u32>) -> Sample {
         let first_hit = object.map(|object| FirstHit {
@@ -165,15 +155,11 @@ mod tests {
     }
 
     fn develop(aovs: &[Aov], samples: &[Sample]) -> Vec<f32> {
-        let film = Film::try_new(&FilmSettings::default(), aovs).unwrap();
-        let mut pixel = Pixel::default();
-        for sample in samples {
-            pixel.add(sample);
-        }
-        let mut channels = Vec::new();
-        film.develop(&pixel, &mut channels);
-        assert_eq!(channels.len(), film.image().channels().len());
-        channels
+        let film = Film::try_new(&FilmSettings { size: [1, 1], ..FilmSettings::default() }, aovs).unwrap();
+        let mut exposure = film.exposure(film.tiles()[0]);
+        exposure.add([0, 0], &vec![DVec2::splat(0.5); samples.len()], samples);
+        let image = film.develop([&exposure]);
+        image.channels().iter().map(|channel| channel.values[0]).collect()
     }
 
     #[test]
@@ -206,13 +192,49 @@ mod tests {
 
     #[test]
     fn samples_that_are_not_finite_are_told_of() {
-        let mut pixel = Pixel::default();
-        assert!(pixel.add(&sample(DVec3::ONE, None)));
+        let film = Film::try_new(&FilmSettings { size: [1, 1], ..FilmSettings::default() }, &[]).unwrap();
+        let mut exposure = film.exposure(film.tiles()[0]);
+        let mut add = |radiance| exposure.add([0, 0], &[DVec2::splat(0.5)], &[sample(radiance, None)]);
+        assert_eq!(add(DVec3::ONE), 0);
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e39] {
-            assert!(!pixel.add(&sample(DVec3::new(1.0, bad, 1.0), None)), "{bad}");
+            assert_eq!(add(DVec3::new(1.0, bad, 1.0)), 1, "{bad}");
         }
-        assert_eq!(pixel.count, 5);
-        assert!((pixel.mean - DVec3::splat(0.2)).abs().max_element() < 1e-15);
+        assert_eq!(film.develop([&exposure]).channel("R").unwrap(), [0.2]);
+    }
+
+    #[test]
+    fn samples_reach_as_far_as_the_filter() {
+        for filter in [Filter::Tent, Filter::Gaussian, Filter::Mitchell, Filter::Lanczos] {
+            let settings = FilmSettings { size: [40, 40], filter, crop: None };
+            let film = Film::try_new(&settings, &[]).unwrap();
+            let mut tiles: Vec<_> = film.tiles().into_iter().map(|tile| film.exposure(tile)).collect();
+            // a bright sample near a tile's corner, black ones everywhere
+            let (pixel, offset) = ([16, 15], DVec2::new(0.2, 0.9));
+            for tile in &mut tiles {
+                for place in tile.tile().places() {
+                    if place == pixel {
+                        tile.add(place, &[offset], &[sample(DVec3::ONE, None)]);
+                    } else {
+                        tile.add(place, &[DVec2::splat(0.5)], &[sample(DVec3::ZERO, None)]);
+                    }
+                }
+            }
+            let image = film.develop(&tiles);
+            let weight = |x: u32, y: u32, place: [f64; 2]| {
+                filter.eval(f64::from(x) + 0.5 - place[0]) * filter.eval(f64::from(y) + 0.5 - place[1])
+            };
+            for [x, y] in film.window().places() {
+                let bright = weight(x, y, [16.2, 15.9]);
+                let dark: f64 = film
+                    .window()
+                    .places()
+                    .filter(|&place| place != pixel)
+                    .map(|place| weight(x, y, place.map(|p| f64::from(p) + 0.5)))
+                    .sum();
+                let got = f64::from(image.channel("R").unwrap()[film.window().index([x, y])]);
+                assert!((got - bright / (bright + dark)).abs() < 1e-6, "{filter:?} at {x}, {y}: {got}");
+            }
+        }
     }
 
     #[test]

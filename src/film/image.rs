@@ -19,6 +19,34 @@ impl Window {
         self.width as usize * self.height as usize
     }
 
+    /// The pixels that are in both, if any.
+    pub fn intersection(&self, other: Self) -> Option<Self> {
+        let (x, y) = (self.x.max(other.x), self.y.max(other.y));
+        let right = (self.x + self.width).min(other.x + other.width);
+        let bottom = (self.y + self.height).min(other.y + other.height);
+        (x < right && y < bottom).then(|| Self { x, y, width: right - x, height: bottom - y })
+    }
+
+    /// The window and the pixels up to `border` away from it, within `limit`, which must hold it.
+    #[must_use]
+    pub fn grown(&self, border: u32, limit: Self) -> Self {
+        let (x, y) = (self.x.saturating_sub(border).max(limit.x), self.y.saturating_sub(border).max(limit.y));
+        let right = self.x.saturating_add(self.width).saturating_add(border).min(limit.x + limit.width);
+        let bottom = self.y.saturating_add(self.height).saturating_add(border).min(limit.y + limit.height);
+        Self { x, y, width: right - x, height: bottom - y }
+    }
+
+    /// Index of a pixel of the window, row by row.
+    pub const fn index(&self, [x, y]: [u32; 2]) -> usize {
+        (y - self.y) as usize * self.width as usize + (x - self.x) as usize
+    }
+
+    /// The pixels, row by row.
+    pub fn places(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let Self { x, y, width, height } = *self;
+        (y..y + height).flat_map(move |row| (x..x + width).map(move |column| [column, row]))
+    }
+
     /// The window in tiles of at most `side`² pixels, row by row.
     pub fn tiles(&self, side: u32) -> impl Iterator<Item = Self> + use<> {
         let window = *self;

@@ -1,12 +1,6 @@
 //! What the scene file says of the film.
 
-/// Reconstruction filter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Filter {
-    /// Each sample counts for its own pixel alone.
-    #[default]
-    Box,
-}
+use super::filter::Filter;
 
 /// The `[film]` table of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::mesh::{FaultKind, MeshNotes, MeshTolerances, ObjError, PolygonSet, load_obj, prepare_polygons};
 use crate::patch::{BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, deform_polygons};
-use crate::shade::{CameraSettings, FovAxis, LightSet, Material};
+use crate::shade::{CameraSettings, FovAxis, LightSet, Material, Projection};
 use crate::spline::{ControlLattice, SplineVolume};
 use crate::trace::{TracedObject, TracedScene};
 
@@ -248,7 +248,6 @@ fn framing_camera(scene: &TracedScene) -> CameraSettings {
         origin: target + distance * toward,
         target,
         up: DVec3::Z,
-        fov: FOV,
-        fov_axis: FovAxis::Smaller,
+        projection: Projection::Perspective { fov: FOV, fov_axis: FovAxis::Smaller, lens: None },
     }
 }

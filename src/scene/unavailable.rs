@@ -25,7 +25,6 @@ const KEYS: &[LaterKey] = &[
 
 /// Names that this version refuses, by what they choose.
 const NAMES: &[(&str, &[&str])] = &[
-    ("filter", &["tent", "gaussian", "mitchell", "catmullrom", "lanczos"]),
     (
         "material type",
         &[
@@ -47,9 +46,6 @@ const NAMES: &[(&str, &[&str])] = &[
 
 /// Kinds of textured colour that this version refuses, written `{ kind = … }`.
 pub(super) const TEXTURES: &[&str] = &["texture", "checkerboard"];
-
-/// Largest `aperture_radius`: above 0 is a thin lens.
-pub(super) const MAX_APERTURE_RADIUS: f64 = 0.0;
 
 /// Most deformations on one object.
 pub(super) const MAX_DEFORMATIONS: usize = 1;

@@ -16,13 +16,13 @@ pub(crate) mod testing;
 mod warp;
 
 pub use bsdf::{Bsdf, BsdfSample, BsdfValue};
-pub use camera::{CameraError, CameraSettings, FovAxis, PerspectiveCamera};
+pub use camera::{Camera, CameraError, CameraSettings, FovAxis, Projection, ThinLens};
 pub use light::{Light, LightEnd, LightError, LightHit, LightSample, LightSet};
 pub use material::Material;
-pub use path::PathIntegrator;
+pub use path::{PathBuffers, PathIntegrator, PathStart};
 pub use rectangle::{Rectangle, RectangleHit};
-pub use sampler::Sampler;
-pub use scene::{SceneHit, ShadingScene};
+pub use sampler::{Sampler, SamplerKind};
+pub use scene::{SceneBuffers, SceneHit, ShadingScene};
 pub use settings::{IntegratorKind, RenderSettings};
 pub use spawn::{spawn_ray, spawn_shadow_ray};
 pub use statistics::RenderStatistics;

@@ -2,9 +2,8 @@
 
 use glam::DVec3;
 
-use super::light::LightHit;
 use super::sampler::Sampler;
-use super::scene::{SceneHit, ShadingScene};
+use super::scene::{SceneBuffers, SceneHit, ShadingScene};
 use super::settings::{IntegratorKind, RenderSettings};
 use super::spawn::spawn_ray;
 use super::statistics::RenderStatistics;
@@ -28,13 +27,50 @@ pub struct PathIntegrator {
     environment_covers: bool,
 }
 
-/// The walk's state between two surfaces.
+/// The start of a path: a ray from the camera, and the random numbers that go on from it.
+#[derive(Clone, Debug)]
+pub struct PathStart {
+    /// The camera's ray.
+    pub ray: Ray,
+    /// The path's numbers.
+    pub sampler: Sampler,
+}
+
+/// A path's state between two surfaces.
+#[derive(Debug)]
 struct Walk {
-    radiance: DVec3,
+    /// Index of its sample.
+    sample: usize,
+    sampler: Sampler,
+    ray: Ray,
     /// What radiance from here on is multiplied by on its way to the camera.
     throughput: DVec3,
-    /// Density with which the last direction was drawn; none for the camera's.
+    /// Density with which the last direction was drawn; none where lights could not have been sampled instead: from the
+    /// camera or by a delta distribution.
     pdf: Option<f64>,
+    /// Product of the relative indices of refraction on the way.
+    eta: f64,
+    /// Whether it ends here.
+    is_over: bool,
+}
+
+/// Light that reaches a sample if nothing is in the way.
+#[derive(Debug)]
+struct Connection {
+    sample: usize,
+    radiance: DVec3,
+}
+
+/// Buffers that are kept from one group of paths to the next.
+#[derive(Debug, Default)]
+pub struct PathBuffers {
+    walks: Vec<Walk>,
+    rays: Vec<Ray>,
+    hits: Vec<Option<SceneHit>>,
+    connections: Vec<Connection>,
+    shadow_rays: Vec<Ray>,
+    blocked: Vec<bool>,
+    scene: SceneBuffers,
 }
 
 impl PathIntegrator {
@@ -58,59 +94,86 @@ impl PathIntegrator {
         }
     }
 
-    /// One sample of the radiance that comes back along a ray from the camera.
+    /// One sample for each start of the radiance that comes back along its ray, in their order, appended to `samples`.
     ///
-    /// Depths count segments: lights seen directly are at depth 1. `hide_emitters` lets camera
-    /// rays through the shapes of lights and leaves the background black, as Mitsuba 3.9 does.
+    /// All paths of the group are followed side by side, so that rays are traced together; each has the bits that it has
+    /// alone. Depths count segments: lights seen directly are at depth 1. `hide_emitters` lets camera rays through the
+    /// shapes of lights and leaves the background black, as Mitsuba 3.9 does.
     pub fn sample<G: Geometry>(
         &self,
         scene: &ShadingScene<'_, G>,
-        mut ray: Ray,
-        sampler: &mut Sampler,
-        statistics: &mut RenderStatistics,
-    ) -> Sample {
-        let mut hit = if self.hide_emitters {
-            scene.surface_hit(&ray, statistics).map(SceneHit::Surface)
-        } else {
-            scene.closest_hit(&ray, statistics)
-        };
-        let mut sample = Sample {
-            radiance: DVec3::ZERO,
-            alpha: self.alpha(scene, hit.as_ref()),
-            first_hit: hit.map(|hit| first_hit(scene, &ray, &hit)),
-        };
-        let mut walk = Walk { radiance: DVec3::ZERO, throughput: DVec3::ONE, pdf: None };
+        starts: impl IntoIterator<Item = PathStart>,
+        (buffers, statistics): (&mut PathBuffers, &mut RenderStatistics),
+        samples: &mut Vec<Sample>,
+    ) {
+        let PathBuffers { walks, rays, hits, connections, shadow_rays, blocked, scene: scene_buffers } =
+            buffers;
+        let first = samples.len();
+        walks.clear();
+        walks.extend((first..).zip(starts).map(|(sample, start)| Walk::new(sample, start)));
         let mut depth = 1;
-        while self.reaches(depth) {
-            let surface = match hit {
-                None => {
-                    if walk.pdf.is_some() || !self.hide_emitters {
-                        walk.add_environment(scene);
-                    }
-                    break;
-                }
-                Some(SceneHit::Light(light)) => {
-                    walk.add_light(scene, &ray, &light);
-                    break;
-                }
-                Some(SceneHit::Surface(surface)) => surface,
-            };
-            depth += 1;
+        loop {
+            rays.clear();
+            rays.extend(walks.iter().map(|walk| walk.ray));
+            let see_lights = depth > 1 || !self.hide_emitters;
+            scene.closest_hits(rays, see_lights, (scene_buffers, statistics), hits);
+            if depth == 1 {
+                samples.extend(
+                    rays.iter().zip(hits.iter()).map(|(ray, hit)| self.unlit(scene, ray, hit.as_ref())),
+                );
+            }
             if !self.reaches(depth) {
-                break;
+                return;
             }
-            let Some(next) = walk.scatter(scene, &surface, -ray.direction, sampler, statistics) else {
-                break;
-            };
-            let lucky = sampler.next_1d();
-            if self.rr_depth.is_some_and(|rr_depth| depth > rr_depth) && !walk.survives(lucky) {
-                break;
+            connections.clear();
+            shadow_rays.clear();
+            for (walk, hit) in walks.iter_mut().zip(hits.iter()) {
+                let radiance = &mut samples[walk.sample].radiance;
+                *radiance += walk.emission(scene, hit.as_ref(), see_lights);
+                let Some(SceneHit::Surface(surface)) = hit else {
+                    walk.is_over = true;
+                    continue;
+                };
+                if !self.reaches(depth + 1) {
+                    walk.is_over = true;
+                    continue;
+                }
+                if !(surface.normal.is_finite() && surface.position.is_finite()) {
+                    // shading would take it for the black side; this way the sample is counted
+                    *radiance = DVec3::NAN;
+                    walk.is_over = true;
+                    continue;
+                }
+                if let Some((connection, ray)) = walk.scatter(scene, surface) {
+                    connections.push(connection);
+                    shadow_rays.push(ray);
+                }
+                let lucky = walk.sampler.next_1d();
+                if !walk.is_over && self.rr_depth.is_some_and(|rr_depth| depth + 1 > rr_depth) {
+                    walk.is_over = !walk.survives(lucky);
+                }
             }
-            ray = next;
-            hit = scene.closest_hit(&ray, statistics);
+            scene.blocked(shadow_rays, statistics, blocked);
+            for (connection, blocked) in connections.iter().zip(blocked.iter()) {
+                if !blocked {
+                    samples[connection.sample].radiance += connection.radiance;
+                }
+            }
+            walks.retain(|walk| !walk.is_over);
+            if walks.is_empty() {
+                return;
+            }
+            depth += 1;
         }
-        sample.radiance = walk.radiance;
-        sample
+    }
+
+    /// What a camera ray meets, still black.
+    fn unlit<G: Geometry>(&self, scene: &ShadingScene<'_, G>, ray: &Ray, hit: Option<&SceneHit>) -> Sample {
+        Sample {
+            radiance: DVec3::ZERO,
+            alpha: self.alpha(scene, hit),
+            first_hit: hit.map(|hit| first_hit(scene, ray, hit)),
+        }
     }
 
     /// Whether paths may have that many segments.
@@ -132,62 +195,69 @@ impl PathIntegrator {
 }
 
 impl Walk {
-    /// The walk leaves the scene.
-    fn add_environment<G>(&mut self, scene: &ShadingScene<'_, G>) {
-        if let Some(radiance) = scene.lights.environment() {
-            self.add(radiance, scene.lights.environment_pdf());
+    const fn new(sample: usize, PathStart { ray, sampler }: PathStart) -> Self {
+        Self { sample, sampler, ray, throughput: DVec3::ONE, pdf: None, eta: 1.0, is_over: false }
+    }
+
+    /// What is emitted where the ray ends.
+    fn emission<G>(&self, scene: &ShadingScene<'_, G>, hit: Option<&SceneHit>, see_lights: bool) -> DVec3 {
+        match hit {
+            None if see_lights => match scene.lights.environment() {
+                Some(radiance) => self.weighted(radiance, scene.lights.environment_pdf()),
+                None => DVec3::ZERO,
+            },
+            Some(SceneHit::Light(light)) => self.weighted(
+                scene.lights.hit_radiance(&self.ray, light),
+                scene.lights.hit_pdf(&self.ray, light),
+            ),
+            _ => DVec3::ZERO,
         }
     }
 
-    /// The walk ends at a light.
-    fn add_light<G>(&mut self, scene: &ShadingScene<'_, G>, ray: &Ray, light: &LightHit) {
-        let radiance = scene.lights.hit_radiance(ray, light);
-        self.add(radiance, scene.lights.hit_pdf(ray, light));
-    }
-
-    /// Adds radiance met by following the walk, that the lights' sampling finds with `light_pdf`.
-    fn add(&mut self, radiance: DVec3, light_pdf: f64) {
+    /// Radiance met by following the walk, that the lights' sampling finds with `light_pdf`.
+    fn weighted(&self, radiance: DVec3, light_pdf: f64) -> DVec3 {
         let weight = self.pdf.map_or(1.0, |pdf| mis_weight(pdf, light_pdf));
-        self.radiance += weight * self.throughput * radiance;
+        weight * self.throughput * radiance
     }
 
-    /// Adds what a light sends to the surface directly, and draws the ray that goes on.
+    /// Samples a light, and draws the ray that goes on.
     fn scatter<G: Geometry>(
         &mut self,
         scene: &ShadingScene<'_, G>,
         surface: &SurfaceInteraction,
-        to_viewer: DVec3,
-        sampler: &mut Sampler,
-        statistics: &mut RenderStatistics,
-    ) -> Option<Ray> {
-        if !(surface.normal.is_finite() && surface.position.is_finite()) {
-            // shading would take it for the black side; this way the sample is counted
-            self.radiance = DVec3::NAN;
-            return None;
-        }
+    ) -> Option<(Connection, Ray)> {
         let bsdf = scene.material(surface).bsdf(surface);
-        let to_viewer = to_viewer.normalize();
-
-        // the lights
-        let (choice, u) = (sampler.next_1d(), sampler.next_2d());
-        if let Some(light) = scene.lights.sample(surface.position, choice, u) {
+        let to_viewer = -self.ray.direction.normalize();
+        let (choice, u) = (self.sampler.next_1d(), self.sampler.next_2d());
+        let light =
+            if bsdf.has_smooth_part() { scene.lights.sample(surface.position, choice, u) } else { None };
+        let connection = light.and_then(|light| {
             let value = bsdf.eval(to_viewer, light.direction);
-            if value.value != DVec3::ZERO && scene.is_lit(surface, &light, statistics) {
-                let weight = if light.is_delta { 1.0 } else { mis_weight(light.pdf, value.pdf) };
-                self.radiance += weight * self.throughput * value.value * light.weight;
+            if value.value == DVec3::ZERO {
+                return None;
             }
+            let ray = scene.shadow_ray(surface, &light)?;
+            let weight = if light.is_delta { 1.0 } else { mis_weight(light.pdf, value.pdf) };
+            let radiance = weight * self.throughput * value.value * light.weight;
+            Some((Connection { sample: self.sample, radiance }, ray))
+        });
+        let (choice, u) = (self.sampler.next_1d(), self.sampler.next_2d());
+        match bsdf.sample(to_viewer, choice, u) {
+            Some(next) => {
+                self.throughput *= next.weight;
+                self.eta *= next.eta;
+                self.pdf = (!next.is_delta).then_some(next.pdf);
+                self.ray = spawn_ray(surface, next.to_light);
+                self.is_over = self.throughput == DVec3::ZERO;
+            }
+            None => self.is_over = true,
         }
-
-        // the material
-        let next = bsdf.sample(to_viewer, sampler.next_1d(), sampler.next_2d())?;
-        self.throughput *= next.weight;
-        self.pdf = Some(next.pdf);
-        (self.throughput != DVec3::ZERO).then(|| spawn_ray(surface, next.to_light))
+        connection
     }
 
-    /// Russian roulette: goes on with probability min(max(throughput), 0.95), made up for.
+    /// Russian roulette: goes on with probability min(max(throughput) eta², 0.95), made up for.
     fn survives(&mut self, lucky: f64) -> bool {
-        let survival = self.throughput.max_element().min(MAX_SURVIVAL);
+        let survival = (self.throughput.max_element() * self.eta * self.eta).min(MAX_SURVIVAL);
         self.throughput /= survival;
         lucky < survival
     }

@@ -26,38 +26,49 @@ pub enum SceneHit {
     Light(LightHit),
 }
 
+/// Buffers that are kept from one group of rays to the next.
+#[derive(Debug, Default)]
+pub struct SceneBuffers {
+    surfaces: Vec<Option<SurfaceInteraction>>,
+}
+
 impl<G: Geometry> ShadingScene<'_, G> {
-    /// The nearest hit. A light that lies on a surface is in front of it, up to the error bounds
-    /// of both, just as shadow rays have it.
-    pub fn closest_hit(&self, ray: &Ray, statistics: &mut RenderStatistics) -> Option<SceneHit> {
-        let light = self.lights.closest_hit(ray);
-        let surface = self.surface_hit(ray, statistics);
-        match (surface, light) {
-            (Some(surface), Some(light)) if !is_in_front(ray, &light, &surface) => {
-                Some(SceneHit::Surface(surface))
-            }
-            (_, Some(light)) => Some(SceneHit::Light(light)),
-            (surface, None) => surface.map(SceneHit::Surface),
-        }
-    }
-
-    /// The nearest hit with an object, through the shapes of lights.
-    pub fn surface_hit(&self, ray: &Ray, statistics: &mut RenderStatistics) -> Option<SurfaceInteraction> {
-        statistics.rays += 1;
-        self.geometry.closest_hit(ray)
-    }
-
-    /// Whether nothing is between the surface and the light's sample.
-    pub fn is_lit(
+    /// The nearest hit of each ray, in place of what `hits` held; through the shapes of lights unless they are seen.
+    ///
+    /// A light that lies on a surface is in front of it, up to the error bounds of both, just as shadow rays have it.
+    pub fn closest_hits(
         &self,
-        from: &SurfaceInteraction,
-        light: &LightSample,
-        statistics: &mut RenderStatistics,
-    ) -> bool {
-        statistics.shadow_rays += 1;
+        rays: &[Ray],
+        see_lights: bool,
+        (buffers, statistics): (&mut SceneBuffers, &mut RenderStatistics),
+        hits: &mut Vec<Option<SceneHit>>,
+    ) {
+        statistics.rays += rays.len() as u64;
+        self.geometry.closest_hits(rays, &mut buffers.surfaces);
+        hits.clear();
+        hits.extend(rays.iter().zip(buffers.surfaces.drain(..)).map(|(ray, surface)| {
+            let light = if see_lights { self.lights.closest_hit(ray) } else { None };
+            match (surface, light) {
+                (Some(surface), Some(light)) if !is_in_front(ray, &light, &surface) => {
+                    Some(SceneHit::Surface(surface))
+                }
+                (_, Some(light)) => Some(SceneHit::Light(light)),
+                (surface, None) => surface.map(SceneHit::Surface),
+            }
+        }));
+    }
+
+    /// The ray from a surface to a light's sample; `None` if the shape of another light is in the way.
+    pub fn shadow_ray(&self, from: &SurfaceInteraction, light: &LightSample) -> Option<Ray> {
         let ray = spawn_shadow_ray(from, light);
         let target = light.end.and_then(|end| end.rectangle);
-        !self.lights.blocks(&ray, target) && !self.geometry.any_hit(&ray)
+        (!self.lights.blocks(&ray, target)).then_some(ray)
+    }
+
+    /// Whether an object is in the way of each shadow ray, in place of what `blocked` held.
+    pub fn blocked(&self, rays: &[Ray], statistics: &mut RenderStatistics, blocked: &mut Vec<bool>) {
+        statistics.shadow_rays += rays.len() as u64;
+        self.geometry.any_hits(rays, blocked);
     }
 
     /// The material of the surface hit.

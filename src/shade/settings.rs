@@ -1,5 +1,6 @@
 //! What decides a picture besides the scene.
 
+use super::sampler::SamplerKind;
 use crate::film::Aov;
 
 /// How light is gathered.
@@ -17,6 +18,8 @@ pub enum IntegratorKind {
 pub struct RenderSettings {
     /// How light is gathered.
     pub integrator: IntegratorKind,
+    /// How random numbers are drawn.
+    pub sampler: SamplerKind,
     /// Samples for each pixel, at least 1.
     pub spp: u32,
     /// Longest path in segments; -1 is unlimited, 0 is black, 1 shows lights alone.
@@ -35,6 +38,7 @@ impl Default for RenderSettings {
     fn default() -> Self {
         Self {
             integrator: IntegratorKind::Path,
+            sampler: SamplerKind::Independent,
             spp: 64,
             max_depth: 8,
             rr_depth: 5,

@@ -44,4 +44,16 @@ pub trait Geometry: Sync {
 
     /// Whether anything is hit at all; stops at the first proof.
     fn any_hit(&self, ray: &Ray) -> bool;
+
+    /// As [`Self::closest_hit`] for each ray, in place of what `hits` held; rays that are alike are faster side by side.
+    fn closest_hits(&self, rays: &[Ray], hits: &mut Vec<Option<SurfaceInteraction>>) {
+        hits.clear();
+        hits.extend(rays.iter().map(|ray| self.closest_hit(ray)));
+    }
+
+    /// As [`Self::any_hit`] for each ray, in place of what `hit` held.
+    fn any_hits(&self, rays: &[Ray], hit: &mut Vec<bool>) {
+        hit.clear();
+        hit.extend(rays.iter().map(|ray| self.any_hit(ray)));
+    }
 }

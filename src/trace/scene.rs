@@ -290,6 +290,22 @@ impl Geometry for TracedScene {
     fn any_hit(&self, ray: &Ray) -> bool {
         SCRATCH.with_borrow_mut(|scratch| dispatch!(self.level, simd => query::any(simd, self, ray, scratch)))
     }
+
+    fn closest_hits(&self, rays: &[Ray], hits: &mut Vec<Option<SurfaceInteraction>>) {
+        hits.clear();
+        let mut found = [None; PACKET];
+        for rays in rays.chunks(PACKET) {
+            let found = &mut found[..rays.len()];
+            self.closest_of_each(rays, found);
+            hits.extend(found.iter().map(|hit| hit.map(|hit| self.interaction(&hit))));
+        }
+    }
+
+    fn any_hits(&self, rays: &[Ray], hit: &mut Vec<bool>) {
+        hit.clear();
+        hit.resize(rays.len(), false);
+        self.any_of_each(rays, hit);
+    }
 }
 
 #[cfg(test)]

@@ -2,18 +2,44 @@
 
 use crate::scene::reader::{Table, Value};
 use crate::scene::transform::read_view;
-use crate::scene::unavailable::{self, MAX_APERTURE_RADIUS};
-use crate::shade::{CameraSettings, FovAxis};
+use crate::shade::{CameraSettings, FovAxis, Projection, ThinLens};
+
+/// Mitsuba's: its far clipping plane.
+const DEFAULT_FOCUS_DISTANCE: f64 = 1e4;
 
 /// Reads and checks the camera.
 pub(super) fn read(mut table: Table<'_>) -> Option<CameraSettings> {
-    table.check_keys(&["origin", "target", "up", "fov", "fov_axis", "aperture_radius", "focus_distance"]);
+    const VIEW: [&str; 4] = ["type", "origin", "target", "up"];
+    const PERSPECTIVE: [&str; 4] = ["fov", "fov_axis", "aperture_radius", "focus_distance"];
+    const KINDS: [&str; 3] = ["perspective", "thinlens", "orthographic"];
+    let kind = if table.has("type") {
+        table.name_index("type", "camera type", &KINDS).map(|index| KINDS[index])
+    } else {
+        Some("perspective")
+    };
+    match kind {
+        Some("orthographic") => table.check_keys(&[&VIEW[..], &["width"]].concat()),
+        _ => table.check_keys(&[&VIEW[..], &PERSPECTIVE].concat()),
+    }
     let view = read_view(&table);
+    let projection = match kind? {
+        "orthographic" => table
+            .required("width", "the picture's width in world units, above 0", |value| {
+                value.number_where(|width| width > 0.0)
+            })
+            .map(|width| Projection::Orthographic { width }),
+        kind => read_perspective(&table, kind == "thinlens"),
+    };
+    let (view, projection) = (view?, projection?);
+    Some(CameraSettings { origin: view.origin, target: view.target, up: view.up, projection })
+}
+
+fn read_perspective(table: &Table<'_>, needs_lens: bool) -> Option<Projection> {
     let fov = table.optional("fov", "degrees, above 0 and below 180", |value| {
         value.number_where(|fov| fov > 0.0 && fov < 180.0)
     });
     let fov_axis: Option<FovAxis> = table.choice("fov_axis");
-    check_lens(&table);
+    let lens = read_lens(table, needs_lens);
     let (fov, fov_axis) = if table.has("fov") || table.is_excused("fov") {
         (fov?, fov_axis.unwrap_or_default())
     } else {
@@ -23,8 +49,7 @@ pub(super) fn read(mut table: Table<'_>) -> Option<CameraSettings> {
         }
         (default_fov(), FovAxis::Diagonal)
     };
-    let view = view?;
-    Some(CameraSettings { origin: view.origin, target: view.target, up: view.up, fov, fov_axis })
+    Some(Projection::Perspective { fov, fov_axis, lens })
 }
 
 /// Mitsuba's: the diagonal of 35 mm film (36 x 24) behind a lens of 50 mm.
@@ -33,16 +58,20 @@ fn default_fov() -> f64 {
     2.0 * libm::atan2(half_diagonal, 50.0).to_degrees()
 }
 
-fn check_lens(table: &Table<'_>) {
-    let radius = table.optional("aperture_radius", "a number of at least 0", |value| {
-        value.number_where(|radius| radius >= 0.0)
-    });
-    if radius.is_some_and(|radius| radius > MAX_APERTURE_RADIUS) {
-        let thing = "aperture_radius above 0 (a thin lens)";
-        let message = unavailable::message(thing, "0, a pinhole");
-        table.report_value("aperture_radius", message);
-    }
-    table.optional("focus_distance", "a number above 0", |value: Value<'_>| {
-        value.number_where(|distance| distance > 0.0)
-    });
+/// The lens, or none for a radius of 0.
+fn read_lens(table: &Table<'_>, is_needed: bool) -> Option<ThinLens> {
+    let above_zero = |value: Value<'_>| value.number_where(|radius| radius > 0.0);
+    let radius = if is_needed {
+        table.required("aperture_radius", "a number above 0", above_zero)
+    } else {
+        table.optional("aperture_radius", "a number of at least 0", |value| {
+            value.number_where(|radius| radius >= 0.0)
+        })
+    };
+    let focus_distance = table.optional("focus_distance", "a number above 0", above_zero);
+    let lens = |aperture_radius| ThinLens {
+        aperture_radius,
+        focus_distance: focus_distance.unwrap_or(DEFAULT_FOCUS_DISTANCE),
+    };
+    radius.filter(|&radius| radius > 0.0).map(lens)
 }

@@ -31,9 +31,19 @@ pub(super) fn read_film(mut table: Table<'_>) -> FilmSettings {
 
 /// Reads and checks what decides the picture besides the scene.
 pub(super) fn read_render(mut table: Table<'_>) -> RenderSettings {
-    table.check_keys(&["integrator", "spp", "max_depth", "rr_depth", "seed", "aovs", "hide_emitters"]);
+    table.check_keys(&[
+        "integrator",
+        "sampler",
+        "spp",
+        "max_depth",
+        "rr_depth",
+        "seed",
+        "aovs",
+        "hide_emitters",
+    ]);
     let default = RenderSettings::default();
     let integrator = table.choice("integrator");
+    let sampler = table.choice("sampler");
     let count = format!("an integer from 1 to {}", u32::MAX);
     let positive = |value: Value<'_>| value.integer(1..=i128::from(u32::MAX));
     let spp = table.optional("spp", &count, positive);
@@ -45,6 +55,7 @@ pub(super) fn read_render(mut table: Table<'_>) -> RenderSettings {
     let hide_emitters = table.optional("hide_emitters", "true or false", Value::boolean);
     RenderSettings {
         integrator: integrator.unwrap_or(default.integrator),
+        sampler: sampler.unwrap_or(default.sampler),
         spp: spp.unwrap_or(default.spp),
         max_depth: max_depth.unwrap_or(default.max_depth),
         rr_depth: rr_depth.unwrap_or(default.rr_depth),

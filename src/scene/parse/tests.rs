@@ -8,7 +8,10 @@ use crate::film::{Aov, FilmSettings, Filter};
 use crate::scene::{
     Edit, FfdDescription, Located, Location, Method, MoveTo, NamedMaterial, ObjectDescription, Outside,
 };
-use crate::shade::{CameraSettings, FovAxis, IntegratorKind, Light, Material, RenderSettings};
+use crate::shade::{
+    CameraSettings, FovAxis, IntegratorKind, Light, Material, Projection, RenderSettings, SamplerKind,
+    ThinLens,
+};
 use crate::spline::{Axis, SignedAxis};
 use crate::subdivide::FrameChoice;
 
@@ -170,8 +173,7 @@ fn a_full_scene_gives_its_values() {
             origin: DVec3::new(3.0, -4.0, 2.0),
             target: DVec3::new(0.0, 0.0, 0.5),
             up: DVec3::Z,
-            fov: 35.0,
-            fov_axis: FovAxis::Y,
+            projection: Projection::Perspective { fov: 35.0, fov_axis: FovAxis::Y, lens: None },
         })
     );
     assert_eq!(
@@ -182,6 +184,7 @@ fn a_full_scene_gives_its_values() {
         scene.render,
         RenderSettings {
             integrator: IntegratorKind::Direct,
+            sampler: SamplerKind::Independent,
             spp: 16,
             max_depth: -1,
             rr_depth: 7,
@@ -238,8 +241,29 @@ fn the_default_lens_is_that_of_mitsuba() {
     let text =
         "[camera]\norigin = [0, 1, 0]\ntarget = [0, 0, 0]\n[[object]]\nname = \"a\"\nmesh = \"a.obj\"\n";
     let camera = parse(text).unwrap().camera.unwrap();
-    assert_eq!(camera.fov_axis, FovAxis::Diagonal);
-    assert!((camera.fov - 46.793_003).abs() < 1e-6, "got {}", camera.fov);
+    let Projection::Perspective { fov, fov_axis, lens: None } = camera.projection else {
+        panic!("{:?} is no pinhole", camera.projection);
+    };
+    assert_eq!(fov_axis, FovAxis::Diagonal);
+    assert!((fov - 46.793_003).abs() < 1e-6, "got {fov}");
+}
+
+#[test]
+fn cameras_of_all_kinds() {
+    let camera = |keys: &str| {
+        let text = format!(
+            "[camera]\norigin = [0, 1, 0]\ntarget = [0, 0, 0]\n{keys}\n[[object]]\nname = \"a\"\nmesh = \"a.obj\"\n"
+        );
+        parse(&text).unwrap().camera.unwrap().projection
+    };
+    let lens = |aperture_radius, focus_distance| Projection::Perspective {
+        fov: 30.0,
+        fov_axis: FovAxis::X,
+        lens: Some(ThinLens { aperture_radius, focus_distance }),
+    };
+    assert_eq!(camera("fov = 30\naperture_radius = 0.1\nfocus_distance = 3"), lens(0.1, 3.0));
+    assert_eq!(camera("fov = 30\ntype = \"thinlens\"\naperture_radius = 0.2"), lens(0.2, 1e4));
+    assert_eq!(camera("type = \"orthographic\"\nwidth = 2.5"), Projection::Orthographic { width: 2.5 });
 }
 
 /// Every fault by itself: scene texts, each with exactly the messages it must give.

@@ -8,8 +8,15 @@ use glam::{DAffine3, DVec3};
 use super::*;
 use crate::film::{Aov, Filter};
 use crate::shade::testing::{Shape, Shapes};
-use crate::shade::{CameraSettings, FovAxis, IntegratorKind, Light, LightSet, Material};
+use crate::shade::{
+    CameraSettings, FovAxis, IntegratorKind, Light, LightSet, Material, Projection, SamplerKind,
+};
 use crate::trace::{Ray, SurfaceInteraction};
+
+/// A pinhole camera's view along x, in degrees.
+fn pinhole(fov: f64) -> Projection {
+    Projection::Perspective { fov, fov_axis: FovAxis::X, lens: None }
+}
 
 const SPHERE: Shape = Shape::Sphere { centre: DVec3::ZERO, radius: 1.0 };
 
@@ -34,8 +41,7 @@ impl Setup {
                 origin: DVec3::new(0.0, -6.0, 3.0),
                 target: DVec3::ZERO,
                 up: DVec3::Z,
-                fov: 45.0,
-                fov_axis: FovAxis::X,
+                projection: pinhole(45.0),
             },
             film: FilmSettings { size: [3, 3], filter: Filter::Box, crop: None },
             settings: RenderSettings { aovs: vec![Aov::Variance], ..RenderSettings::default() },
@@ -54,9 +60,12 @@ impl Setup {
     fn render_geometry<G: Geometry>(&self, geometry: &G, threads: usize) -> (Image, RenderStatistics) {
         let lights = LightSet::try_new(&self.lights).unwrap();
         let scene = ShadingScene { geometry, object_materials: &self.materials, lights: &lights };
-        let camera = PerspectiveCamera::try_new(&self.camera, self.film.size).unwrap();
-        let control = RenderControl { threads, cancel: &AtomicBool::new(false), progress: &|_, _| () };
-        render(&scene, &camera, &self.film, &self.settings, &control).unwrap()
+        let camera = Camera::try_new(&self.camera, self.film.size).unwrap();
+        let cancel = AtomicBool::new(false);
+        let control = RenderControl { threads, ..RenderControl::new(&cancel) };
+        let rendered = render(&scene, &camera, &self.film, &self.settings, &control).unwrap();
+        assert_eq!(rendered.samples, [self.settings.spp; 2]);
+        (rendered.image, rendered.statistics)
     }
 
     /// Looks straight down at a point from a height, through a film of one pixel so narrow that
@@ -66,8 +75,7 @@ impl Setup {
             origin: at + height * DVec3::Z,
             target: at,
             up: DVec3::Y,
-            fov: 1e-4,
-            fov_axis: FovAxis::X,
+            projection: pinhole(1e-4),
         };
         self.film.size = [1, 1];
     }
@@ -281,7 +289,7 @@ fn alpha_and_depths_agree_with_mitsuba() {
         }
         let mut setup = Setup::new(vec![SPHERE], 0.5, lights);
         setup.camera.origin = DVec3::new(0.0, -5.0, 0.0);
-        setup.camera.fov = 40.0;
+        setup.camera.projection = pinhole(40.0);
         setup.film.size = [17, 13];
         setup.settings.spp = 4;
         setup.settings.hide_emitters = hide;
@@ -361,7 +369,7 @@ fn direction_on_screen() {
     let ball = Shape::Sphere { centre: DVec3::new(1.0, 0.0, 0.5), radius: 0.3 };
     let mut setup = Setup::new(vec![ball], 0.0, vec![sky(1.0)]);
     setup.camera.origin = DVec3::new(0.0, -5.0, 0.0);
-    setup.camera.fov = 40.0;
+    setup.camera.projection = pinhole(40.0);
     setup.film.size = [16, 12];
     let image = setup.render();
     // Mitsuba 3.9.1's picture of it is dark about column 12, row 3.3
@@ -414,18 +422,18 @@ fn renders_can_be_watched_and_stopped() {
     let geometry = Shapes(setup.shapes.clone());
     let lights = LightSet::try_new(&setup.lights).unwrap();
     let scene = ShadingScene { geometry: &geometry, object_materials: &setup.materials, lights: &lights };
-    let camera = PerspectiveCamera::try_new(&setup.camera, setup.film.size).unwrap();
+    let camera = Camera::try_new(&setup.camera, setup.film.size).unwrap();
     let run = |stop_at: u64| {
         let cancel = AtomicBool::new(false);
         let most = AtomicU64::new(0);
         let progress = |done, total| {
-            assert_eq!(total, 64 * 64);
+            assert_eq!(total, 64 * 64, "one sample of each pixel");
             most.fetch_max(done, Ordering::Relaxed);
             if done >= stop_at {
                 cancel.store(true, Ordering::Relaxed);
             }
         };
-        let control = RenderControl { threads: 1, cancel: &cancel, progress: &progress };
+        let control = RenderControl { threads: 1, progress: &progress, ..RenderControl::new(&cancel) };
         let result = render(&scene, &camera, &setup.film, &setup.settings, &control);
         (result, most.load(Ordering::Relaxed))
     };
@@ -435,4 +443,172 @@ fn renders_can_be_watched_and_stopped() {
     let (result, done) = run(512);
     assert!(matches!(result, Err(RenderError::Interrupted)));
     assert_eq!(done, 512);
+}
+
+/// Every kind of light on a sphere, with a filter, in a picture of several tiles.
+fn filtered(filter: Filter) -> Setup {
+    let mut setup = all_lights();
+    setup.film = FilmSettings { size: [45, 37], filter, crop: None };
+    setup.settings.spp = 40;
+    setup.settings.aovs = vec![Aov::Variance, Aov::Depth];
+    setup
+}
+
+#[test]
+fn crops_are_parts_of_the_picture() {
+    for filter in [Filter::Box, Filter::Gaussian, Filter::Lanczos] {
+        let mut setup = filtered(filter);
+        let whole = setup.render_with(2).0;
+        for crop in [[0, 0, 45, 37], [14, 15, 5, 4], [40, 30, 5, 7], [17, 0, 1, 1]] {
+            setup.film.crop = Some(crop);
+            let part = setup.render();
+            let [x, y, width, height] = crop;
+            for channel in whole.channels() {
+                let values = part.channel(&channel.name).unwrap();
+                for row in 0..height {
+                    let start = ((y + row) * 45 + x) as usize;
+                    let want = &channel.values[start..start + width as usize];
+                    let got = &values[(row * width) as usize..][..width as usize];
+                    assert_eq!(got, want, "{filter:?}, {}, row {row} of {crop:?}", channel.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn filters_keep_the_mean_and_know_their_variance() {
+    // many pictures: the spread of each pixel is the variance that each of them claims
+    for filter in [Filter::Box, Filter::Tent, Filter::Mitchell, Filter::CatmullRom] {
+        let mut setup = filtered(filter);
+        setup.film.size = [9, 9];
+        setup.settings.spp = 64;
+        let pictures: Vec<_> = (0..60)
+            .map(|seed| {
+                setup.settings.seed = seed;
+                setup.render()
+            })
+            .collect();
+        let (mut ratio, mut pixels) = (0.0, 0.0);
+        for pixel in 0..81 {
+            let values = |name: &str| pictures.iter().map(|p| value(p, name, pixel)).collect::<Vec<_>>();
+            let (radiance, claimed) = (values("R"), values("variance.R"));
+            let mean = |v: &[f64]| v.iter().sum::<f64>() / 60.0;
+            let of_pixel = mean(&radiance);
+            let spread = radiance.iter().map(|x| (x - of_pixel).powi(2)).sum::<f64>() / 59.0;
+            // the sky alone has no noise but rounding
+            if mean(&claimed) > 1e-12 {
+                ratio += spread / mean(&claimed);
+                pixels += 1.0;
+            }
+        }
+        // each pixel's ratio has a deviation of √(2/59), neighbours' are alike
+        let ratio = ratio / pixels;
+        assert!((ratio - 1.0).abs() < 0.15, "{filter:?}: {ratio} of {pixels} pixels");
+    }
+}
+
+#[test]
+fn sobol_has_less_noise() {
+    let noise = |sampler| {
+        let mut setup = filtered(Filter::Box);
+        setup.film.size = [9, 9];
+        setup.settings.sampler = sampler;
+        let mut sum = 0.0;
+        let pictures: Vec<_> = (0..8)
+            .map(|seed| {
+                setup.settings.seed = seed;
+                setup.render()
+            })
+            .collect();
+        for pixel in 0..81 {
+            let values: Vec<_> = pictures.iter().map(|picture| value(picture, "R", pixel)).collect();
+            let mean = values.iter().sum::<f64>() / 8.0;
+            sum += values.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+        }
+        sum
+    };
+    let (independent, sobol) = (noise(SamplerKind::Independent), noise(SamplerKind::Sobol));
+    assert!(sobol < 0.6 * independent, "{sobol} of {independent}");
+}
+
+#[test]
+fn interrupted_renders_go_on_to_the_same_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    for filter in [Filter::Box, Filter::Mitchell] {
+        let mut setup = filtered(filter);
+        let whole = setup.render();
+        let path = folder.path().join(format!("{filter:?}"));
+        let file = |settings: &str| {
+            let settings = serde_json::json!({ "of": settings });
+            CheckpointFile::new(path.clone(), "hash".to_owned(), settings, std::time::Duration::ZERO)
+        };
+        let geometry = Shapes(setup.shapes.clone());
+        let lights = LightSet::try_new(&setup.lights).unwrap();
+        let materials = setup.materials.clone();
+        let scene = ShadingScene { geometry: &geometry, object_materials: &materials, lights: &lights };
+        let camera = Camera::try_new(&setup.camera, setup.film.size).unwrap();
+        // stopped again and again, each time a bit later
+        let mut finished = None;
+        for round in 1..100 {
+            let resumed = path.exists().then(|| file("this").read().unwrap());
+            let cancel = AtomicBool::new(false);
+            let calls = AtomicU64::new(0);
+            let progress = |_, _| {
+                if calls.fetch_add(1, Ordering::Relaxed) >= round {
+                    cancel.store(true, Ordering::Relaxed);
+                }
+            };
+            let saved = file("this");
+            let control = RenderControl {
+                threads: 2,
+                progress: &progress,
+                checkpoint: Some(&saved),
+                resume: resumed.as_ref(),
+                ..RenderControl::new(&cancel)
+            };
+            match render(&scene, &camera, &setup.film, &setup.settings, &control) {
+                Ok(rendered) => {
+                    assert!(round > 3, "it was never interrupted");
+                    finished = Some(rendered.image);
+                    break;
+                }
+                Err(error) => assert!(matches!(error, RenderError::Interrupted), "{error}"),
+            }
+        }
+        assert_eq!(finished.as_ref(), Some(&whole), "{filter:?}");
+
+        let other = file("that").read().unwrap_err();
+        assert!(matches!(&other, CheckpointError::OtherPicture { what, .. } if what == "of"), "{other}");
+        let done = file("this").read().unwrap();
+        setup.settings.spp = 50;
+        let cancel = AtomicBool::new(false);
+        let control = RenderControl { resume: Some(&done), ..RenderControl::new(&cancel) };
+        let more = render(&scene, &camera, &setup.film, &setup.settings, &control).unwrap_err();
+        assert!(more.to_string().contains("a multiple of 16"), "{more}");
+
+        let mut bytes = std::fs::read(&path).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        std::fs::write(&path, &bytes).unwrap();
+        let damaged = file("this").read().unwrap_err();
+        assert!(matches!(damaged, CheckpointError::NotOne { .. }), "{damaged}");
+        std::fs::write(&path, "").unwrap();
+        assert!(matches!(file("this").read().unwrap_err(), CheckpointError::NotOne { .. }));
+    }
+}
+
+#[test]
+fn a_deadline_ends_with_the_samples_there_are() {
+    let setup = filtered(Filter::Box);
+    let geometry = Shapes(setup.shapes.clone());
+    let lights = LightSet::try_new(&setup.lights).unwrap();
+    let scene = ShadingScene { geometry: &geometry, object_materials: &setup.materials, lights: &lights };
+    let camera = Camera::try_new(&setup.camera, setup.film.size).unwrap();
+    let cancel = AtomicBool::new(false);
+    let deadline = Some(Instant::now());
+    let control = RenderControl { deadline, ..RenderControl::new(&cancel) };
+    let rendered = render(&scene, &camera, &setup.film, &setup.settings, &control).unwrap();
+    assert_eq!(rendered.samples, [0, 0]);
+    assert!(rendered.image.channel("R").unwrap().iter().all(|&value| value == 0.0));
 }

@@ -1,0 +1,230 @@
+//! The state of a render in a file, to go on from after an interruption.
+//!
+//! The file has a line of text that says what it is, a line of JSON, the tiles' samples as little-endian numbers, and the
+//! hash of all before.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::job::{Job, PASS};
+use crate::film::Exposure;
+use crate::output::{OutputError, write_whole};
+
+/// The first line.
+const KIND: &str = "trimray checkpoint 1\n";
+
+/// Length of the hash at the end.
+const HASH_BYTES: usize = 32;
+
+/// Why a render cannot go on from a checkpoint.
+#[derive(Debug, Error)]
+pub enum CheckpointError {
+    /// The system refused.
+    #[error("{}: cannot be read: {source}", .path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// Something else, or damaged.
+    #[error("{}: is no checkpoint of a render, or it is damaged", .path.display())]
+    NotOne {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Another version may compute other samples.
+    #[error(
+        "{}: was saved by trimray {found}, this is {}: delete the checkpoint to start anew",
+        .path.display(), env!("CARGO_PKG_VERSION")
+    )]
+    OtherVersion {
+        /// The file.
+        path: PathBuf,
+        /// The version that saved it.
+        found: String,
+    },
+    /// The scene or a setting has changed.
+    #[error("{}: is of another picture: {what} differs; delete the checkpoint to start anew", .path.display())]
+    OtherPicture {
+        /// The file.
+        path: PathBuf,
+        /// What is not the same.
+        what: String,
+    },
+    /// More samples would not be added up as in one run.
+    #[error(
+        "{}: has {saved} samples for each pixel, so that a picture of {asked} cannot go on from it; \
+         a multiple of {PASS} can be gone on from", .path.display()
+    )]
+    Samples {
+        /// The file.
+        path: PathBuf,
+        /// Samples in the file.
+        saved: u32,
+        /// Samples of the picture.
+        asked: u32,
+    },
+}
+
+/// What a picture is, to tell checkpoints of others apart.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Identity {
+    version: String,
+    scene: String,
+    /// All other settings that decide the pixels, but for the number of samples.
+    settings: serde_json::Value,
+}
+
+/// Where a render's state is saved.
+#[derive(Debug)]
+pub struct CheckpointFile {
+    path: PathBuf,
+    identity: Identity,
+    interval: Duration,
+    saved: Mutex<Instant>,
+}
+
+/// A state that was read.
+#[derive(Debug)]
+pub struct Checkpoint {
+    path: PathBuf,
+    /// The tiles.
+    bytes: Vec<u8>,
+}
+
+impl CheckpointFile {
+    /// Saves to `path` every `interval`; `scene_hash` and `settings` are what the picture depends on, but for its samples.
+    pub fn new(path: PathBuf, scene_hash: String, settings: serde_json::Value, interval: Duration) -> Self {
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        let identity = Identity { version, scene: scene_hash, settings };
+        Self { path, identity, interval, saved: Mutex::new(Instant::now()) }
+    }
+
+    /// The state that was saved here.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is damaged, or is of another picture or version.
+    pub fn read(&self) -> Result<Checkpoint, CheckpointError> {
+        let path = self.path.clone();
+        let mut bytes = match fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(source) => return Err(CheckpointError::Io { path, source }),
+        };
+        let Some((identity, start)) = parse(&bytes) else { return Err(CheckpointError::NotOne { path }) };
+        if identity.version != self.identity.version {
+            return Err(CheckpointError::OtherVersion { path, found: identity.version });
+        }
+        if let Some(what) = difference(&self.identity, &identity) {
+            return Err(CheckpointError::OtherPicture { path, what });
+        }
+        bytes.truncate(bytes.len() - HASH_BYTES);
+        bytes.drain(..start);
+        Ok(Checkpoint { path, bytes })
+    }
+
+    /// Saves the state if the last time is long enough ago, and no other thread is about to.
+    pub(super) fn save_if_due<G>(&self, job: &Job<'_, G>) -> Result<(), OutputError> {
+        let Ok(mut saved) = self.saved.try_lock() else { return Ok(()) };
+        if saved.elapsed() >= self.interval {
+            self.save(job)?;
+            *saved = Instant::now();
+        }
+        Ok(())
+    }
+
+    /// Saves the state.
+    pub(super) fn save<G>(&self, job: &Job<'_, G>) -> Result<(), OutputError> {
+        let encode = |error: serde_json::Error| OutputError::Encode {
+            path: self.path.clone(),
+            reason: error.to_string(),
+        };
+        let mut bytes = KIND.as_bytes().to_vec();
+        serde_json::to_writer(&mut bytes, &self.identity).map_err(encode)?;
+        bytes.push(b'\n');
+        job.for_each_tile(|exposure, samples| {
+            bytes.extend(samples.to_le_bytes());
+            exposure.save(&mut bytes);
+        });
+        let hash = blake3::hash(&bytes);
+        bytes.extend(hash.as_bytes());
+        write_whole(&self.path, &bytes)
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+/// What the file is of, and where its tiles start.
+fn parse(bytes: &[u8]) -> Option<(Identity, usize)> {
+    let (content, hash) = bytes.split_at_checked(bytes.len().checked_sub(HASH_BYTES)?)?;
+    if blake3::hash(content).as_bytes() != hash {
+        return None;
+    }
+    let rest = content.strip_prefix(KIND.as_bytes())?;
+    let end = rest.iter().position(|&byte| byte == b'\n')?;
+    Some((serde_json::from_slice(&rest[..end]).ok()?, KIND.len() + end + 1))
+}
+
+/// What is not the same, if anything: the settings' names, or the scene.
+fn difference(ours: &Identity, theirs: &Identity) -> Option<String> {
+    let mut names = Vec::new();
+    list_differences("", &ours.settings, &theirs.settings, &mut names);
+    if names.is_empty() && ours.scene != theirs.scene {
+        names.push("the scene".to_owned());
+    }
+    (!names.is_empty()).then(|| names.join(", "))
+}
+
+fn list_differences(
+    name: &str,
+    ours: &serde_json::Value,
+    theirs: &serde_json::Value,
+    names: &mut Vec<String>,
+) {
+    match (ours.as_object(), theirs.as_object()) {
+        (Some(a), Some(b)) => {
+            for key in a.keys().chain(b.keys().filter(|key| !a.contains_key(*key))) {
+                let name = if name.is_empty() { key.clone() } else { format!("{name}.{key}") };
+                list_differences(&name, &ours[key], &theirs[key], names);
+            }
+        }
+        _ if ours != theirs => names.push(name.to_owned()),
+        _ => {}
+    }
+}
+
+impl Checkpoint {
+    /// Brings tiles without samples to the state.
+    ///
+    /// # Errors
+    /// If the file has other tiles, or a number of samples that `spp` cannot go on from.
+    pub(super) fn restore<'t>(
+        &self,
+        tiles: impl Iterator<Item = (&'t mut Exposure, &'t mut u32)>,
+        spp: u32,
+    ) -> Result<(), CheckpointError> {
+        let not_one = || CheckpointError::NotOne { path: self.path.clone() };
+        let mut bytes = &self.bytes[..];
+        for (exposure, samples) in tiles {
+            let saved = bytes.split_off(..4).and_then(|bytes| bytes.as_array()).ok_or_else(not_one)?;
+            *samples = u32::from_le_bytes(*saved);
+            if *samples > spp || (*samples < spp && !samples.is_multiple_of(PASS)) {
+                return Err(CheckpointError::Samples {
+                    path: self.path.clone(),
+                    saved: *samples,
+                    asked: spp,
+                });
+            }
+            exposure.load(&mut bytes).ok_or_else(not_one)?;
+        }
+        if bytes.is_empty() { Ok(()) } else { Err(not_one()) }
+    }
+}
