@@ -27,7 +27,7 @@
 //! use glam::DVec3;
 //! use trimray::patch::{Deformation, PlanarPolygon, deform_polygons};
 //! use trimray::spline::{Axis, ControlLattice};
-//! use trimray::trace::{Geometry, NoUvs, Ray, TracedObject, TracedScene};
+//! use trimray::trace::{Geometry, NoAttributes, Ray, TracedObject, TracedScene};
 //!
 //! let mut lattice = ControlLattice::identity([2; 3], [4; 3], [DVec3::ZERO, DVec3::ONE], 0)?;
 //! lattice.twist(Axis::Z, 90.0);
@@ -37,7 +37,7 @@
 //! let square = PlanarPolygon { face: 0, corners: &corners };
 //! let made = deform_polygons(&[square], Deformation { volume: Some(&volume), ..Default::default() })?;
 //!
-//! let square = TracedObject { name: "square".into(), patches: made.patches, uvs: Box::new(NoUvs) };
+//! let square = TracedObject { name: "square".into(), patches: made.patches, attributes: Box::new(NoAttributes) };
 //! let scene = TracedScene::new(vec![square]);
 //! let hit = scene.closest_hit(&Ray::new(DVec3::new(0.6, 0.5, 2.0), DVec3::NEG_Z)).expect("it is hit");
 //! let exact = volume.eval(hit.rest).expect("inside the lattice");

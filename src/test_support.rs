@@ -5,7 +5,7 @@ use glam::{DVec3, DVec4};
 use crate::patch::{Deformation, PlanarPolygon, TrimmedPatch, deform_polygons};
 use crate::spline::SplineVolume;
 use crate::subdivide::FrameChoice;
-use crate::trace::{NoUvs, TracedObject, TracedScene};
+use crate::trace::{NoAttributes, TracedObject, TracedScene};
 
 /// Deterministic noise.
 pub(crate) struct Noise(pub(crate) u64);
@@ -107,5 +107,5 @@ pub(crate) fn deform(
 }
 
 pub(crate) fn scene_of(patches: Vec<TrimmedPatch>) -> TracedScene {
-    TracedScene::new(vec![TracedObject { name: "test".into(), patches, uvs: Box::new(NoUvs) }])
+    TracedScene::new(vec![TracedObject { name: "test".into(), patches, attributes: Box::new(NoAttributes) }])
 }

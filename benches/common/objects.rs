@@ -9,7 +9,7 @@ use trimray::mesh::{MeshTolerances, load_obj, prepare_polygons};
 use trimray::patch::{Deformation, PlanarPolygon, TrimmedPatch, deform_polygons};
 use trimray::spline::{Axis, ControlLattice, SplineVolume};
 use trimray::subdivide::FrameChoice;
-use trimray::trace::{NoUvs, TracedObject, TracedScene};
+use trimray::trace::{NoAttributes, TracedObject, TracedScene};
 
 /// Points of the surface from which its box is taken, about; it only scales errors and frames the view.
 const BOUNDS_POINTS: usize = 200_000;
@@ -169,7 +169,11 @@ impl Object {
         let deformation = Deformation { volume: Some(&self.volume), frame: self.frame };
         let made = deform_polygons(&polygons, deformation).map_err(|error| error.to_string())?;
         let started = Instant::now();
-        let object = TracedObject { name: self.name.into(), patches: made.patches, uvs: Box::new(NoUvs) };
+        let object = TracedObject {
+            name: self.name.into(),
+            patches: made.patches,
+            attributes: Box::new(NoAttributes),
+        };
         let scene = TracedScene::new(vec![object]);
         let [subdivide, compose, structure] = [made.times.subdivide, made.times.compose, started.elapsed()]
             .map(|time: Duration| time.as_secs_f64());

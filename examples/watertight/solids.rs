@@ -9,7 +9,7 @@ use trimray::mesh::{MeshTolerances, load_obj, prepare_polygons};
 use trimray::patch::{Deformation, PlanarPolygon, deform_polygons};
 use trimray::spline::{Axis, ControlLattice, Orientation, SplineVolume, orientation};
 use trimray::subdivide::FrameChoice;
-use trimray::trace::{NoUvs, TracedObject, TracedScene};
+use trimray::trace::{NoAttributes, TracedObject, TracedScene};
 
 /// A closed solid, undeformed and deformed.
 pub(crate) struct Solid {
@@ -48,7 +48,7 @@ impl Solid {
             (0..).zip(&polygons).map(|(face, corners)| PlanarPolygon { face, corners }).collect();
         let deformation = Deformation { volume: Some(&volume), frame: FrameChoice::default() };
         let patches = deform_polygons(&planar, deformation).map_err(|error| error.to_string())?.patches;
-        let object = TracedObject { name: "solid".into(), patches, uvs: Box::new(NoUvs) };
+        let object = TracedObject { name: "solid".into(), patches, attributes: Box::new(NoAttributes) };
         let scene = TracedScene::new(vec![object]);
         let [low, high] = scene.bounds();
         Ok(Self { polygons, volume, scene, centre: 0.5 * (low + high), radius: 0.5 * (high - low).length() })

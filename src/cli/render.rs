@@ -294,5 +294,8 @@ fn scene_hash(scene: &SceneDescription, built: &BuiltScene) -> std::io::Result<S
     let mut hasher = blake3::Hasher::new();
     hasher.update(settings.to_string().as_bytes());
     hasher.update(&crate::export::exact_patches(built)?);
+    for object in &built.objects {
+        hasher.update(&object.attributes_hash);
+    }
     Ok(hasher.finalize().to_hex()[..32].to_owned())
 }

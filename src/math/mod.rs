@@ -2,6 +2,7 @@
 
 pub(crate) mod angle;
 pub(crate) mod bernstein;
+pub(crate) mod cofactor;
 pub(crate) mod lanes;
 pub(crate) mod polygon;
 pub(crate) mod rounding;

@@ -11,10 +11,10 @@ use crate::shade::{CameraSettings, FovAxis, LightSet, Material, Projection};
 use crate::spline::{ControlLattice, SplineVolume};
 use crate::trace::{TracedObject, TracedScene};
 
+use super::attributes::{CarriedNormals, PolygonAttributes};
 use super::description::{Edit, FfdDescription, MoveTo, ObjectDescription, Outside, SceneDescription};
 use super::diagnostic::{Diagnostic, Located, Location, SceneError};
 use super::lattice_file::read_lattice;
-use super::uvs::PolygonUvs;
 
 /// A flat axis of an object's box is widened by this part of the box's longest side to both sides, so that the lattice
 /// has room to bend.
@@ -46,6 +46,8 @@ pub struct BuiltObject {
     pub volume: Option<SplineVolume>,
     /// Sub-polygons it was cut into.
     pub subpolygons: usize,
+    /// Hash of its texture coordinates and carried normals.
+    pub attributes_hash: [u8; 32],
 }
 
 /// Time spent on building a scene, summed over objects.
@@ -124,6 +126,13 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
         let message = format!("mesh {}: no face has an area", object.mesh.value.display());
         return Err(fault(object.mesh.location, message));
     };
+    if object.vertex_normals && !mesh.has_normals() {
+        let message = format!(
+            "mesh {}: has no normals (vn), which normals = \"vertex\" needs; normals = \"face\" needs none",
+            object.mesh.value.display()
+        );
+        return Err(fault(object.mesh.location, message));
+    }
     let load = started.elapsed();
     let ffd = object.deform.first();
     let volume = ffd.map(|ffd| deformed_volume(&scene.path, ffd, bounds)).transpose()?;
@@ -134,9 +143,16 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
         )
     })?;
     let DeformedPolygons { patches, subpolygons, times } = made;
-    let traced =
-        TracedObject { name: object.name.value.clone(), patches, uvs: Box::new(PolygonUvs(polygons)) };
-    Ok(MadeObject { traced, built: BuiltObject { notes, volume, subpolygons }, load, times })
+    let normals =
+        object.vertex_normals.then(|| CarriedNormals::new(&mesh, object.transform.matrix3, volume.clone()));
+    let attributes = Box::new(PolygonAttributes { polygons, normals });
+    let mut hasher = blake3::Hasher::new();
+    for number in attributes.numbers() {
+        hasher.update(&number.to_le_bytes());
+    }
+    let attributes_hash = *hasher.finalize().as_bytes();
+    let traced = TracedObject { name: object.name.value.clone(), patches, attributes };
+    Ok(MadeObject { traced, built: BuiltObject { notes, volume, subpolygons, attributes_hash }, load, times })
 }
 
 /// The faults of an OBJ file at their own places; other errors where the scene names the file.

@@ -68,6 +68,8 @@ pub struct ObjectDescription {
     pub material: Option<usize>,
     /// Places the mesh in the world before it is deformed; invertible.
     pub transform: DAffine3,
+    /// Whether shading uses the mesh's normals, carried along by the deformation, instead of the surface's own.
+    pub vertex_normals: bool,
     /// How the deformed shape is represented.
     pub method: Method,
     /// The deformations, in the order they apply.

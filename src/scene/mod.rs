@@ -1,5 +1,6 @@
 //! Scene files: TOML to plain data, plain data to a scene ready to trace.
 
+mod attributes;
 mod build;
 mod description;
 mod diagnostic;
@@ -11,7 +12,6 @@ mod reader;
 mod source;
 mod transform;
 mod unavailable;
-mod uvs;
 
 pub use build::{BuiltObject, BuiltScene, SceneTimes};
 pub use description::{

@@ -41,7 +41,6 @@ const NAMES: &[(&str, &[&str])] = &[
     ("light shape", &["sphere", "disk"]),
     ("deform type", &["extension"]),
     ("method", &["pointwise", "adaptive"]),
-    ("normals", &["vertex"]),
 ];
 
 /// Kinds of textured colour that this version refuses, written `{ kind = … }`.

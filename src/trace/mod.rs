@@ -27,5 +27,5 @@ mod target;
 pub use brute_force::closest_hit_by_subdivision;
 pub use interaction::{Geometry, SurfaceInteraction};
 pub use ray::Ray;
-pub use scene::{NoUvs, PatchHit, TracedObject, TracedScene, UvLookup};
+pub use scene::{NoAttributes, PatchHit, TracedObject, TracedScene, VertexAttributes};
 pub use statistics::{AccelerationStatistics, TraceStatistics};

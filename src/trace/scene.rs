@@ -6,6 +6,7 @@ use fearless_simd::{Level, dispatch};
 use glam::{DVec2, DVec3};
 
 use crate::patch::{PatchPoint, TrimmedPatch};
+use crate::spline::Cell;
 
 use super::bvh::{Bvh, Stack};
 use super::interaction::{Geometry, SurfaceInteraction};
@@ -19,19 +20,34 @@ use super::search::SearchScratch;
 use super::statistics::{AccelerationStatistics, TraceStatistics};
 use super::target::{Target, position_error, surface_error, tolerance};
 
-/// Gives texture coordinates: of a prepared polygon at a point of the undeformed object; NaN where there are none.
-pub trait UvLookup: Send + Sync + std::fmt::Debug {
-    /// Texture coordinates of `polygon` at `rest`.
+/// Gives what the corners of a mesh say of the points between them.
+pub trait VertexAttributes: Send + Sync + std::fmt::Debug {
+    /// Texture coordinates of `polygon` (a prepared one) at a point of the undeformed object; NaN where there are none.
     fn uv(&self, polygon: u32, rest: DVec3) -> DVec2;
+
+    /// Gradients of both texture coordinates over the undeformed polygon.
+    fn uv_gradients(&self, polygon: u32, rest: DVec3) -> Option<[DVec3; 2]>;
+
+    /// A unit normal for shading, in the deformed space, if it is not the surface's own; `cell` is the knot box of the
+    /// point, if it is in the lattice.
+    fn normal(&self, polygon: u32, rest: DVec3, cell: Option<Cell>) -> Option<DVec3>;
 }
 
-/// The texture coordinates of an object that has none.
+/// The attributes of an object whose mesh has none.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct NoUvs;
+pub struct NoAttributes;
 
-impl UvLookup for NoUvs {
+impl VertexAttributes for NoAttributes {
     fn uv(&self, _polygon: u32, _rest: DVec3) -> DVec2 {
         DVec2::NAN
+    }
+
+    fn uv_gradients(&self, _polygon: u32, _rest: DVec3) -> Option<[DVec3; 2]> {
+        None
+    }
+
+    fn normal(&self, _polygon: u32, _rest: DVec3, _cell: Option<Cell>) -> Option<DVec3> {
+        None
     }
 }
 
@@ -42,8 +58,8 @@ pub struct TracedObject {
     pub name: String,
     /// Its surface.
     pub patches: Vec<TrimmedPatch>,
-    /// Its texture coordinates.
-    pub uvs: Box<dyn UvLookup>,
+    /// Its texture coordinates and normals for shading.
+    pub attributes: Box<dyn VertexAttributes>,
 }
 
 /// A hit on a patch, before anything but its place is known.
@@ -253,17 +269,26 @@ impl TracedScene {
             face: hit.face,
             patch: hit.patch,
             st: hit.st,
-            uv: object.uvs.uv(hit.polygon, rest),
+            uv: object.attributes.uv(hit.polygon, rest),
             rest,
             position: point.position,
             position_error: position_error(&trimmed.patch),
             normal,
-            shading_normal: normal,
-            dp_du: DVec3::NAN,
+            shading_normal: object.attributes.normal(hit.polygon, rest, trimmed.cell()).unwrap_or(normal),
+            dp_du: object
+                .attributes
+                .uv_gradients(hit.polygon, rest)
+                .map_or(DVec3::NAN, |gradients| along_u(gradients, trimmed, &point)),
             dp_ds: point.dp_ds,
             dp_dt: point.dp_dt,
         }
     }
+}
+
+/// Partial derivative of the position by the texture coordinate u, v fixed.
+fn along_u(gradients: [DVec3; 2], trimmed: &TrimmedPatch, point: &PatchPoint) -> DVec3 {
+    let [u, v] = gradients.map(|gradient| [gradient.dot(trimmed.frame.s), gradient.dot(trimmed.frame.t)]);
+    (point.dp_ds * v[1] - point.dp_dt * v[0]) / (u[0] * v[1] - u[1] * v[0])
 }
 
 /// Unit normal on the side of the face's winding; where the partials are parallel, that of a point close by.

@@ -21,7 +21,7 @@ fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Optio
         table.required_located("mesh", "the path of an OBJ file, from the scene file's folder", Value::path);
     let material = read_material(&table, materials);
     let transform = transform::read(&table, "transform");
-    table.name_index("normals", "normals", &["face"]);
+    let normals = table.name_index("normals", "normals", &["face", "vertex"]);
     let method = table
         .optional("method", "\"exact\"", Value::text)
         .and_then(|method| table.converted("method", method.parse::<Method>()));
@@ -39,6 +39,7 @@ fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Optio
         mesh: mesh?,
         material,
         transform: transform?,
+        vertex_normals: normals == Some(1),
         method: method.unwrap_or_default(),
         deform,
     })
