@@ -52,7 +52,7 @@ impl Setup {
     }
 
     fn render_geometry<G: Geometry>(&self, geometry: &G, threads: usize) -> (Image, RenderStatistics) {
-        let lights = LightSet::try_new(&self.lights).unwrap();
+        let lights = LightSet::try_new(&self.lights, &[]).unwrap();
         let scene = ShadingScene { geometry, object_materials: &self.materials, lights: &lights };
         let camera = PerspectiveCamera::try_new(&self.camera, self.film.size).unwrap();
         let control = RenderControl { threads, cancel: &AtomicBool::new(false), progress: &|_, _| () };
@@ -412,7 +412,7 @@ fn renders_can_be_watched_and_stopped() {
     setup.film.size = [64, 64];
     setup.settings.spp = 1;
     let geometry = Shapes(setup.shapes.clone());
-    let lights = LightSet::try_new(&setup.lights).unwrap();
+    let lights = LightSet::try_new(&setup.lights, &[]).unwrap();
     let scene = ShadingScene { geometry: &geometry, object_materials: &setup.materials, lights: &lights };
     let camera = PerspectiveCamera::try_new(&setup.camera, setup.film.size).unwrap();
     let run = |stop_at: u64| {

@@ -24,7 +24,7 @@ pub struct PathIntegrator {
     /// Depth from which Russian roulette may end a path; none is never.
     rr_depth: Option<u32>,
     hide_emitters: bool,
-    /// Whether the picture is covered where the ray leaves the scene for a constant light.
+    /// Whether the picture is covered where the ray leaves the scene for a light that surrounds it.
     environment_covers: bool,
 }
 
@@ -85,7 +85,7 @@ impl PathIntegrator {
             let surface = match hit {
                 None => {
                     if walk.pdf.is_some() || !self.hide_emitters {
-                        walk.add_environment(scene);
+                        walk.add_environment(scene, &ray);
                     }
                     break;
                 }
@@ -95,6 +95,7 @@ impl PathIntegrator {
                 }
                 Some(SceneHit::Surface(surface)) => surface,
             };
+            walk.add_object(scene, &ray, &surface);
             depth += 1;
             if !self.reaches(depth) {
                 break;
@@ -119,13 +120,16 @@ impl PathIntegrator {
     }
 
     /// Whether the picture is covered here, as Mitsuba's `path` has it: where a light surrounds
-    /// the scene (unless hidden), where a light's shape is seen, and where a surface is seen that
-    /// the path is long enough to shade.
+    /// the scene (unless hidden), where a light's shape or an object that is a light is seen, and where
+    /// a surface is seen that the path is long enough to shade.
     fn alpha<G>(&self, scene: &ShadingScene<'_, G>, hit: Option<&SceneHit>) -> f64 {
         let covered = match hit {
             Some(SceneHit::Surface(_)) if self.reaches(2) => true,
             Some(SceneHit::Light(_)) => self.reaches(1),
-            _ => self.reaches(1) && self.environment_covers && scene.lights.environment().is_some(),
+            Some(SceneHit::Surface(surface)) if scene.lights.is_object_light(surface.object) => {
+                self.reaches(1)
+            }
+            _ => self.reaches(1) && self.environment_covers && scene.lights.has_environment(),
         };
         f64::from(u8::from(covered))
     }
@@ -133,9 +137,19 @@ impl PathIntegrator {
 
 impl Walk {
     /// The walk leaves the scene.
-    fn add_environment<G>(&mut self, scene: &ShadingScene<'_, G>) {
-        if let Some(radiance) = scene.lights.environment() {
-            self.add(radiance, scene.lights.environment_pdf());
+    fn add_environment<G>(&mut self, scene: &ShadingScene<'_, G>, ray: &Ray) {
+        let radiance = scene.lights.environment_radiance(ray.direction);
+        if radiance != DVec3::ZERO {
+            self.add(radiance, scene.lights.environment_pdf(ray.direction));
+        }
+    }
+
+    /// The walk comes to an object, which may be a light.
+    fn add_object<G>(&mut self, scene: &ShadingScene<'_, G>, ray: &Ray, surface: &SurfaceInteraction) {
+        let radiance = scene.lights.object_radiance(surface, ray.direction);
+        if radiance != DVec3::ZERO {
+            let distance = surface.t * ray.direction.length();
+            self.add(radiance, scene.lights.object_pdf(surface, ray.direction, distance));
         }
     }
 

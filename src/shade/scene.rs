@@ -1,5 +1,7 @@
 //! The scene as the integrator sees it: surfaces, their materials, and lights.
 
+use glam::DVec3;
+
 use super::light::{LightHit, LightSample, LightSet};
 use super::material::Material;
 use super::spawn::{BOUNDS_AWAY, spawn_shadow_ray};
@@ -20,7 +22,7 @@ pub struct ShadingScene<'a, G> {
 /// What a ray meets first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SceneHit {
-    /// An object.
+    /// An object, which may be a light as well.
     Surface(SurfaceInteraction),
     /// The shape of a light: black, but for the radiance that it emits.
     Light(LightHit),
@@ -30,8 +32,9 @@ impl<G: Geometry> ShadingScene<'_, G> {
     /// The nearest hit. A light that lies on a surface is in front of it, up to the error bounds
     /// of both, just as shadow rays have it.
     pub fn closest_hit(&self, ray: &Ray, statistics: &mut RenderStatistics) -> Option<SceneHit> {
+        statistics.rays += 1;
         let light = self.lights.closest_hit(ray);
-        let surface = self.surface_hit(ray, statistics);
+        let surface = self.geometry.closest_hit(ray);
         match (surface, light) {
             (Some(surface), Some(light)) if !is_in_front(ray, &light, &surface) => {
                 Some(SceneHit::Surface(surface))
@@ -41,10 +44,19 @@ impl<G: Geometry> ShadingScene<'_, G> {
         }
     }
 
-    /// The nearest hit with an object, through the shapes of lights.
+    /// The nearest hit with an object that is no light, through the shapes of lights and the objects
+    /// that are.
     pub fn surface_hit(&self, ray: &Ray, statistics: &mut RenderStatistics) -> Option<SurfaceInteraction> {
         statistics.rays += 1;
-        self.geometry.closest_hit(ray)
+        let mut ray = *ray;
+        loop {
+            let hit = self.geometry.closest_hit(&ray)?;
+            if !self.lights.is_object_light(hit.object) {
+                return Some(hit);
+            }
+            let past = hit.t + margin(&ray, hit.normal, hit.position_error);
+            ray.t_min = past.max(hit.t.next_up());
+        }
     }
 
     /// Whether nothing is between the surface and the light's sample.
@@ -56,7 +68,7 @@ impl<G: Geometry> ShadingScene<'_, G> {
     ) -> bool {
         statistics.shadow_rays += 1;
         let ray = spawn_shadow_ray(from, light);
-        let target = light.end.and_then(|end| end.rectangle);
+        let target = light.end.and_then(|end| end.light);
         !self.lights.blocks(&ray, target) && !self.geometry.any_hit(&ray)
     }
 
@@ -72,6 +84,15 @@ impl<G: Geometry> ShadingScene<'_, G> {
 /// Whether the light is nearer than the surface, or as near up to their error bounds.
 fn is_in_front(ray: &Ray, light: &LightHit, surface: &SurfaceInteraction) -> bool {
     let bounds = light.hit.position_error + surface.position_error;
-    let margin = BOUNDS_AWAY * bounds / ray.direction.dot(light.hit.normal).abs();
-    light.hit.t - margin <= surface.t
+    light.hit.t - margin(ray, light.hit.normal, bounds) <= surface.t
+}
+
+/// How far along the ray error bounds of a hit may reach.
+///
+/// A shift along the normal moves the crossing by the shift over the cosine; a curved surface, to which
+/// the ray is tangent, ends before the cosine is lost in rounding.
+fn margin(ray: &Ray, normal: DVec3, bounds: f64) -> f64 {
+    let length = ray.direction.length();
+    let cos = (ray.direction.dot(normal).abs() / length).max(f64::EPSILON.sqrt());
+    BOUNDS_AWAY * bounds / (cos * length)
 }
