@@ -436,3 +436,6 @@ fn renders_can_be_watched_and_stopped() {
     assert!(matches!(result, Err(RenderError::Interrupted)));
     assert_eq!(done, 512);
 }
+
+#[path = "render_tests/lights.rs"]
+mod lights;

@@ -81,7 +81,7 @@ impl AreaLight {
     }
 
     /// Density by solid angle of [`Self::sample`] for a point seen under `cos_light` to the normal;
-    /// negative on the side that does not shine.
+    /// 0 on the side that does not shine.
     pub(super) fn pdf(&self, from: DVec3, distance: f64, cos_light: f64) -> f64 {
         if cos_light.is_nan() || cos_light <= 0.0 {
             return 0.0;

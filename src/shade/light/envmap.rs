@@ -71,7 +71,7 @@ impl EnvironmentMap {
     /// Longitude and latitude of a direction as the density has them, and the sine of its polar angle.
     fn place(&self, direction: DVec3) -> (DVec2, f64) {
         let local = self.to_world.transpose() * direction;
-        let across = local.x.hypot(local.z);
+        let across = libm::hypot(local.x, local.z);
         let turn = libm::atan2(local.x, -local.z) / TAU - 0.5 / f64::from(self.picture.size[0]);
         let polar = FRAC_1_PI * libm::atan2(across, local.y);
         (DVec2::new(turn - turn.floor(), polar), across / local.length())
