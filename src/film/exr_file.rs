@@ -8,7 +8,7 @@ use exr::math::Vec2;
 use exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
-use glam::DMat4;
+use glam::{DMat3, DMat4, DVec3};
 
 use super::image::Image;
 use super::picture_file::{Picture, PictureError};
@@ -99,7 +99,7 @@ fn layer_attributes(image: &Image, header: &ExrHeader) -> Result<LayerAttributes
     Ok(attributes)
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "the attribute is a 32-bit float")]
+#[expect(clippy::cast_possible_truncation, reason = "pixels and attributes are 32-bit floats")]
 const fn to_f32(value: f64) -> f32 {
     value as f32
 }
@@ -147,22 +147,29 @@ pub(super) fn is_exr(bytes: &[u8]) -> bool {
 
 /// Decodes the data window of an EXR file's first part: R, G and B, or Y for all three.
 ///
-/// Chromaticities are not looked at: the numbers are taken to be of Rec. 709.
+/// Colours of other primaries are converted to Rec. 709, without adaptation to its white, as Mitsuba
+/// does.
 pub(super) fn decode_picture(path: &Path, bytes: &[u8]) -> Result<Picture, PictureError> {
     let failed = |reason: String| PictureError::Decode { path: path.into(), format: "OpenEXR", reason };
-    let part = exr::image::read::read()
+    let image = exr::image::read::read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
         .first_valid_layer()
         .all_attributes()
         .from_buffered(Cursor::new(bytes))
-        .map_err(|error| failed(error.to_string()))?
-        .layer_data;
+        .map_err(|error| failed(error.to_string()))?;
+    let part = image.layer_data;
     let list = &part.channel_data.list;
     let channel = |name: &str| list.iter().find(|channel| channel.name.eq(name));
+    let mut to_rec_709 = None;
     let colours = match ["R", "G", "B"].map(channel) {
-        [Some(red), Some(green), Some(blue)] => [red, green, blue],
+        [Some(red), Some(green), Some(blue)] => {
+            let primaries = image.attributes.chromaticities.filter(|primaries| *primaries != REC_709);
+            to_rec_709 =
+                primaries.map(|primaries| xyz_from_rgb(&REC_709).inverse() * xyz_from_rgb(&primaries));
+            [red, green, blue]
+        }
         _ => match channel("Y") {
             Some(grey) => [grey; 3],
             None => {
@@ -178,7 +185,27 @@ pub(super) fn decode_picture(path: &Path, bytes: &[u8]) -> Result<Picture, Pictu
     let size = [side(part.size.0)?, side(part.size.1)?];
     let [red, green, blue] = colours.map(|channel| numbers(&channel.sample_data));
     let pixels = red.into_iter().zip(green).zip(blue).map(|((red, green), blue)| [red, green, blue]);
-    Ok(Picture { size, pixels: pixels.collect() })
+    let mut pixels: Vec<_> = pixels.collect();
+    if let Some(matrix) = to_rec_709 {
+        if !matrix.is_finite() {
+            return Err(failed("its chromaticities make no colour space".to_owned()));
+        }
+        for pixel in &mut pixels {
+            *pixel = (matrix * DVec3::from_array(pixel.map(f64::from))).to_array().map(to_f32);
+        }
+    }
+    Ok(Picture { size, pixels })
+}
+
+/// From a space's colours to CIE XYZ, its white having Y = 1 (SMPTE RP 177-1993).
+fn xyz_from_rgb(space: &Chromaticities) -> DMat3 {
+    let place = |xy: Vec2<f32>| {
+        let (x, y) = (f64::from(xy.x()), f64::from(xy.y()));
+        DVec3::new(x, y, 1.0 - x - y)
+    };
+    let primaries = DMat3::from_cols(place(space.red), place(space.green), place(space.blue));
+    let white = place(space.white);
+    primaries * DMat3::from_diagonal(primaries.inverse() * (white / white.y))
 }
 
 #[expect(clippy::cast_precision_loss, reason = "pictures are kept in single precision")]
@@ -194,11 +221,9 @@ fn numbers(samples: &FlatSamples) -> Vec<f32> {
 mod tests {
     use std::fs;
 
-    use exr::prelude::{FlatImage, MetaData, read_all_flat_layers_from_file};
-    use glam::DVec3;
-
     use super::*;
     use crate::film::{Aov, Film, FilmSettings, read_picture};
+    use exr::prelude::{FlatImage, MetaData, read_all_flat_layers_from_file};
 
     fn picture() -> Image {
         let settings = FilmSettings { size: [40, 30], crop: Some([7, 11, 5, 3]), ..FilmSettings::default() };
@@ -283,6 +308,47 @@ mod tests {
             error.ends_with("a.exr: has the channels R, Z; a picture needs R, G and B, or Y alone"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn other_primaries_are_converted() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let read = |primaries: Chromaticities, colour: [f32; 3]| {
+            let list = ["R", "G", "B"].iter().zip(colour);
+            let list = list.map(|(name, value)| AnyChannel::new(*name, FlatSamples::F32(vec![value])));
+            let mut image = exr::image::Image::from_channels((1, 1), AnyChannels::sort(list.collect()));
+            image.attributes.chromaticities = Some(primaries);
+            image.write().to_file(&path).unwrap();
+            let [pixel] = read_picture(&path, false).unwrap().pixels[..] else { panic!("one pixel") };
+            pixel
+        };
+        let near = |got: [f32; 3], want: [f32; 3]| {
+            assert!(
+                got.iter().zip(want).all(|(got, want)| (got - want).abs() < 2e-4),
+                "{got:?}, want {want:?}"
+            );
+        };
+        assert_eq!(read(REC_709, [0.1, 0.2, 0.3]), [0.1, 0.2, 0.3]);
+        // CIE XYZ: the white D65, and Rec. 709's green (IEC 61966-2-1)
+        let third = 1.0 / 3.0;
+        let xyz = Chromaticities {
+            red: Vec2(1.0, 0.0),
+            green: Vec2(0.0, 1.0),
+            blue: Vec2(0.0, 0.0),
+            white: Vec2(third, third),
+        };
+        near(read(xyz, [0.9505, 1.0, 1.089]), [1.0; 3]);
+        near(read(xyz, [0.3576, 0.7152, 0.1192]), [0.0, 1.0, 0.0]);
+        // Rec. 2020 has the same white; its green is outside Rec. 709 (ITU-R BT.2087)
+        let wide = Chromaticities {
+            red: Vec2(0.708, 0.292),
+            green: Vec2(0.17, 0.797),
+            blue: Vec2(0.131, 0.046),
+            white: REC_709.white,
+        };
+        near(read(wide, [1.0; 3]), [1.0; 3]);
+        near(read(wide, [0.0, 1.0, 0.0]), [-0.5876, 1.1329, -0.1006]);
     }
 
     #[test]

@@ -139,6 +139,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::cast_possible_truncation, reason = "numbers of boxes")]
     fn bilinear_samples_have_their_density() {
         let values = vec![0.0, 1.0, 3.0, 0.5, 0.0, 2.0, 5.0, 0.0, 0.0, 0.0, 0.0, 1.0];
         let density = Bilinear::new(values, [4, 3]);

@@ -90,6 +90,7 @@ fn assert_near((got, sigma): (f64, f64), want: f64, most: f64) {
 
 /// Fails unless what the lights' samples show has the density that rays are told, over boxes of the
 /// sphere of directions, and that density integrates to `part`.
+#[expect(clippy::cast_possible_truncation, reason = "numbers of boxes")]
 fn assert_density(set: &LightSet, from: DVec3, part: f64, pdf: impl Fn(DVec3) -> f64) {
     const BOXES: [usize; 2] = [24, 12];
     const COUNT: u32 = 100_000;
