@@ -170,7 +170,8 @@ pub(super) fn decode_picture(path: &Path, bytes: &[u8]) -> Result<Picture, Pictu
                 primaries.map(|primaries| xyz_from_rgb(&REC_709).inverse() * xyz_from_rgb(&primaries));
             [red, green, blue]
         }
-        _ => match channel("Y") {
+        // with RY and BY it would be a coloured picture
+        _ => match channel("Y").filter(|_| channel("RY").is_none()) {
             Some(grey) => [grey; 3],
             None => {
                 let names: Vec<_> = list.iter().map(|channel| channel.name.to_string()).collect();
@@ -303,6 +304,8 @@ mod tests {
         let grey = written_by_the_crate(&[("Y", FlatSamples::F16(halves.to_vec()))]).unwrap();
         assert_eq!(grey.pixels, [[0.5; 3], [halves[1].to_f32(); 3]]);
         let depth = FlatSamples::F32(vec![1.0, 2.0]);
+        let chroma = [("Y", depth.clone()), ("RY", depth.clone()), ("BY", depth.clone())];
+        assert!(matches!(written_by_the_crate(&chroma), Err(PictureError::Channels { .. })));
         let error = written_by_the_crate(&[("Z", depth.clone()), ("R", depth)]).unwrap_err().to_string();
         assert!(
             error.ends_with("a.exr: has the channels R, Z; a picture needs R, G and B, or Y alone"),

@@ -8,12 +8,12 @@ use crate::patch::{BezierPatch, TrimmedPatch};
 use crate::shade::distribution::Discrete;
 use crate::trace::{SurfaceInteraction, TracedObject, surface_error};
 
-/// Greatest ratio of the area elements |∂p/∂s × ∂p/∂t| within a cell that is not divided further. At
-/// 1.5 the weights of samples differ by little more than a third from their mean.
+/// Greatest ratio of the area elements |∂p/∂s × ∂p/∂t| within a cell that is not divided further. The
+/// weights of its samples then are at most half above their mean.
 const MAX_RATIO: f64 = 1.5;
 
-/// Most cells along a patch's side. Where an edge is collapsed the ratio is infinite in any cell;
-/// with 8 such cells have less than a fifth of the patch.
+/// Most cells along a patch's side. Where an edge is collapsed the ratio is infinite in any cell
+/// that touches it: with 8, an eighth of them.
 const MAX_CELLS: u32 = 8;
 
 /// The surface of an object, drawn by area.
