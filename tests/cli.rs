@@ -337,6 +337,34 @@ fn render_writes_the_same_bytes_for_any_number_of_threads() {
 }
 
 #[test]
+fn pictures_and_objects_light_a_scene() {
+    let at = TestFolder::new();
+    let render = |lights: &str, name: &str| {
+        at.write("lit.toml", lights.to_owned() + SCENE);
+        at.succeed(&["render", "lit.toml", "--size", "8x4", "--spp", "4", "-o", name]);
+        at.read(name)
+    };
+    let sky = render("[[light]]\ntype = \"constant\"\nradiance = [3, 2, 1]\n", "sky.exr");
+    at.write("other.exr", &sky);
+    let envmap = |file: &str| format!("[[light]]\ntype = \"envmap\"\nfile = \"{file}\"\n");
+    let lit = render(&envmap("sky.exr"), "lit.exr");
+    assert!(lit == render(&envmap("other.exr"), "again.exr"), "the pixels count, not the file's name");
+    let lamp = "[[light]]\ntype = \"area\"\nshape = \"object\"\nobject = \"cube\"\n";
+    let shining = render(lamp, "lamp.exr");
+    let text = |bytes: &[u8], part: &str| bytes.windows(part.len()).any(|window| window == part.as_bytes());
+    assert!(text(&lit, r#""type":"envmap""#) && !text(&lit, "sky.exr"));
+    assert!(text(&shining, r#""object":"cube""#));
+    // faults of the picture are told where the scene names it
+    at.write("lit.toml", envmap("none.exr") + SCENE);
+    at.refuse(&["info", "lit.toml"], &["lit.toml:3:8: file cannot read the picture", "none.exr"]);
+    at.write("lit.toml", envmap("cube.obj") + SCENE);
+    at.refuse(
+        &["info", "lit.toml"],
+        &["lit.toml:3:8: file", "is neither OpenEXR, Radiance HDR, PNG nor JPEG"],
+    );
+}
+
+#[test]
 fn render_writes_beside_the_caller_by_default() {
     let at = TestFolder::new();
     at.succeed(&["render", "scene.toml", "--size", "8x8", "--spp", "1"]);

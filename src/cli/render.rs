@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
+use glam::{DAffine3, DVec3};
 use serde_json::json;
 
-use crate::film::{Aov, ExrHeader, FilmSettings, write_exr, write_png};
+use crate::film::{Aov, ExrHeader, FilmSettings, Picture, write_exr, write_png};
 use crate::output::check_writable;
 use crate::render::{Checkpoint, CheckpointFile, RenderControl, RenderError, Rendered, TevPreview, render};
 use crate::scene::{BuiltScene, Choice, SceneDescription, parse_crop, parse_size, validate_film};
@@ -249,7 +250,7 @@ fn settings_json(scene: &SceneDescription, built: &BuiltScene) -> serde_json::Va
             "aovs": render.aovs.iter().map(|aov: &Aov| aov.name()).collect::<Vec<_>>(),
         },
         "materials": built.materials.iter().map(material_json).collect::<Vec<_>>(),
-        "lights": scene.lights_or_default().iter().map(light_json).collect::<Vec<_>>(),
+        "lights": built.light_settings.iter().map(|light| light_json(light, built)).collect::<Vec<_>>(),
     })
 }
 
@@ -273,17 +274,46 @@ fn material_json(material: &Material) -> serde_json::Value {
     }
 }
 
-fn light_json(light: &Light) -> serde_json::Value {
+fn light_json(light: &Light, built: &BuiltScene) -> serde_json::Value {
+    let area = |shape: &str, to_world: &DAffine3, radiance: &DVec3| {
+        json!({
+            "type": "area", "shape": shape, "radiance": radiance.to_array(), "to_world": to_world.to_cols_array(),
+        })
+    };
     match light {
         Light::Constant { radiance } => json!({ "type": "constant", "radiance": radiance.to_array() }),
         Light::Point { position, intensity } => {
             json!({ "type": "point", "position": position.to_array(), "intensity": intensity.to_array() })
         }
-        Light::Rectangle { to_world, radiance } => json!({
-            "type": "area", "shape": "rectangle", "radiance": radiance.to_array(),
+        Light::Envmap { picture, scale, to_world } => json!({
+            "type": "envmap", "size": picture.size, "pixels": picture_hash(picture), "scale": scale,
             "to_world": to_world.to_cols_array(),
         }),
+        Light::Directional { direction, irradiance } => json!({
+            "type": "directional", "direction": direction.to_array(), "irradiance": irradiance.to_array(),
+        }),
+        Light::Spot { to_world, intensity, cutoff_angle, beam_width } => json!({
+            "type": "spot", "to_world": to_world.to_cols_array(), "intensity": intensity.to_array(),
+            "cutoff_angle": cutoff_angle, "beam_width": beam_width,
+        }),
+        Light::Rectangle { to_world, radiance } => area("rectangle", to_world, radiance),
+        Light::Disk { to_world, radiance } => area("disk", to_world, radiance),
+        Light::Sphere { to_world, radiance } => area("sphere", to_world, radiance),
+        Light::Object { object, radiance } => json!({
+            "type": "area", "shape": "object", "object": built.traced.objects()[*object].name,
+            "radiance": radiance.to_array(),
+        }),
     }
+}
+
+/// Hash of a picture's pixels, row by row, red, green, blue, each as a 32-bit float of little endian.
+fn picture_hash(picture: &Picture) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for row in picture.pixels.chunks(picture.size[0] as usize) {
+        let bytes: Vec<u8> = row.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+        hasher.update(&bytes);
+    }
+    hasher.finalize().to_hex()[..32].to_owned()
 }
 
 /// Hash of what the scene shows: its patches, materials, lights, camera and picture size; not of seed or samples.

@@ -7,10 +7,11 @@ use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer};
 use exr::math::Vec2;
 use exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
-use exr::prelude::WritableImage;
-use glam::DMat4;
+use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
+use glam::{DMat3, DMat4, DVec3};
 
 use super::image::Image;
+use super::picture_file::{Picture, PictureError};
 use crate::output::{OutputError, write_whole};
 
 /// What the file's header says of how the picture was made.
@@ -98,7 +99,7 @@ fn layer_attributes(image: &Image, header: &ExrHeader) -> Result<LayerAttributes
     Ok(attributes)
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "the attribute is a 32-bit float")]
+#[expect(clippy::cast_possible_truncation, reason = "pixels and attributes are 32-bit floats")]
 const fn to_f32(value: f64) -> f32 {
     value as f32
 }
@@ -139,15 +140,91 @@ fn zero_terminated(file: &[u8], start: usize) -> Option<std::ops::Range<usize>> 
     Some(start..start + length)
 }
 
+/// Whether a file begins as an EXR file does.
+pub(super) fn is_exr(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
+}
+
+/// Decodes the data window of an EXR file's first part: R, G and B, or Y for all three.
+///
+/// Colours of other primaries are converted to Rec. 709, without adaptation to its white, as Mitsuba
+/// does.
+pub(super) fn decode_picture(path: &Path, bytes: &[u8]) -> Result<Picture, PictureError> {
+    let failed = |reason: String| PictureError::Decode { path: path.into(), format: "OpenEXR", reason };
+    let image = exr::image::read::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| failed(error.to_string()))?;
+    let part = image.layer_data;
+    let list = &part.channel_data.list;
+    let channel = |name: &str| list.iter().find(|channel| channel.name.eq(name));
+    let mut to_rec_709 = None;
+    let colours = match ["R", "G", "B"].map(channel) {
+        [Some(red), Some(green), Some(blue)] => {
+            let primaries = image.attributes.chromaticities.filter(|primaries| *primaries != REC_709);
+            to_rec_709 =
+                primaries.map(|primaries| xyz_from_rgb(&REC_709).inverse() * xyz_from_rgb(&primaries));
+            [red, green, blue]
+        }
+        // with RY and BY it would be a coloured picture
+        _ => match channel("Y").filter(|_| channel("RY").is_none()) {
+            Some(grey) => [grey; 3],
+            None => {
+                let names: Vec<_> = list.iter().map(|channel| channel.name.to_string()).collect();
+                return Err(PictureError::Channels { path: path.into(), found: names.join(", ") });
+            }
+        },
+    };
+    if colours.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+        return Err(failed("its colours are subsampled; one sample for each pixel would do".to_owned()));
+    }
+    let side = |length: usize| u32::try_from(length).map_err(|error| failed(error.to_string()));
+    let size = [side(part.size.0)?, side(part.size.1)?];
+    let [red, green, blue] = colours.map(|channel| numbers(&channel.sample_data));
+    let pixels = red.into_iter().zip(green).zip(blue).map(|((red, green), blue)| [red, green, blue]);
+    let mut pixels: Vec<_> = pixels.collect();
+    if let Some(matrix) = to_rec_709 {
+        if !matrix.is_finite() {
+            return Err(failed("its chromaticities make no colour space".to_owned()));
+        }
+        for pixel in &mut pixels {
+            *pixel = (matrix * DVec3::from_array(pixel.map(f64::from))).to_array().map(to_f32);
+        }
+    }
+    Ok(Picture { size, pixels })
+}
+
+/// From a space's colours to CIE XYZ, its white having Y = 1 (SMPTE RP 177-1993).
+fn xyz_from_rgb(space: &Chromaticities) -> DMat3 {
+    let place = |xy: Vec2<f32>| {
+        let (x, y) = (f64::from(xy.x()), f64::from(xy.y()));
+        DVec3::new(x, y, 1.0 - x - y)
+    };
+    let primaries = DMat3::from_cols(place(space.red), place(space.green), place(space.blue));
+    let white = place(space.white);
+    primaries * DMat3::from_diagonal(primaries.inverse() * (white / white.y))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "pictures are kept in single precision")]
+fn numbers(samples: &FlatSamples) -> Vec<f32> {
+    match samples {
+        FlatSamples::F16(halves) => halves.iter().map(|half| half.to_f32()).collect(),
+        FlatSamples::F32(floats) => floats.clone(),
+        FlatSamples::U32(whole) => whole.iter().map(|&whole| whole as f32).collect(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::fs;
 
-    use exr::prelude::{FlatImage, MetaData, read_all_flat_layers_from_file};
-    use glam::DVec3;
-
     use super::*;
-    use crate::film::{Aov, Film, FilmSettings};
+    use crate::film::{Aov, Film, FilmSettings, read_picture};
+    use exr::prelude::{FlatImage, MetaData, read_all_flat_layers_from_file};
 
     fn picture() -> Image {
         let settings = FilmSettings { size: [40, 30], crop: Some([7, 11, 5, 3]), ..FilmSettings::default() };
@@ -196,6 +273,85 @@ mod tests {
         for name in ["R", "A", "depth.T", "st.S", "object.I", "variance.B", "geo_normal.Z"] {
             assert!(channels.iter().any(|c| c.name.eq(name)), "{name}");
         }
+    }
+
+    #[test]
+    fn pictures_are_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = write(folder.path(), "a.exr");
+        let read = read_picture(&path, false).unwrap();
+        assert_eq!(read.size, [5, 3], "the data window");
+        let image = picture();
+        let colours = ["R", "G", "B"].map(|name| image.channel(name).unwrap());
+        for (i, pixel) in read.pixels.iter().enumerate() {
+            assert_eq!(*pixel, colours.map(|colour| colour[i]));
+        }
+        assert_ne!(read.pixels[0], read.pixels[5]);
+    }
+
+    fn written_by_the_crate(channels: &[(&str, FlatSamples)]) -> Result<Picture, PictureError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let list = channels.iter().map(|(name, samples)| AnyChannel::new(*name, samples.clone()));
+        let channels = AnyChannels::sort(list.collect());
+        exr::image::Image::from_channels((2, 1), channels).write().to_file(&path).unwrap();
+        read_picture(&path, true)
+    }
+
+    #[test]
+    fn luminance_halves_and_missing_channels() {
+        let halves = [0.5, 0.1].map(exr::prelude::f16::from_f32);
+        let grey = written_by_the_crate(&[("Y", FlatSamples::F16(halves.to_vec()))]).unwrap();
+        assert_eq!(grey.pixels, [[0.5; 3], [halves[1].to_f32(); 3]]);
+        let depth = FlatSamples::F32(vec![1.0, 2.0]);
+        let chroma = [("Y", depth.clone()), ("RY", depth.clone()), ("BY", depth.clone())];
+        assert!(matches!(written_by_the_crate(&chroma), Err(PictureError::Channels { .. })));
+        let error = written_by_the_crate(&[("Z", depth.clone()), ("R", depth)]).unwrap_err().to_string();
+        assert!(
+            error.ends_with("a.exr: has the channels R, Z; a picture needs R, G and B, or Y alone"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn other_primaries_are_converted() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let read = |primaries: Chromaticities, colour: [f32; 3]| {
+            let list = ["R", "G", "B"].iter().zip(colour);
+            let list = list.map(|(name, value)| AnyChannel::new(*name, FlatSamples::F32(vec![value])));
+            let mut image = exr::image::Image::from_channels((1, 1), AnyChannels::sort(list.collect()));
+            image.attributes.chromaticities = Some(primaries);
+            image.write().to_file(&path).unwrap();
+            let [pixel] = read_picture(&path, false).unwrap().pixels[..] else { panic!("one pixel") };
+            pixel
+        };
+        let near = |got: [f32; 3], want: [f32; 3]| {
+            assert!(
+                got.iter().zip(want).all(|(got, want)| (got - want).abs() < 2e-4),
+                "{got:?}, want {want:?}"
+            );
+        };
+        assert_eq!(read(REC_709, [0.1, 0.2, 0.3]), [0.1, 0.2, 0.3]);
+        // CIE XYZ: the white D65, and Rec. 709's green (IEC 61966-2-1)
+        let third = 1.0 / 3.0;
+        let xyz = Chromaticities {
+            red: Vec2(1.0, 0.0),
+            green: Vec2(0.0, 1.0),
+            blue: Vec2(0.0, 0.0),
+            white: Vec2(third, third),
+        };
+        near(read(xyz, [0.9505, 1.0, 1.089]), [1.0; 3]);
+        near(read(xyz, [0.3576, 0.7152, 0.1192]), [0.0, 1.0, 0.0]);
+        // Rec. 2020 has the same white; its green is outside Rec. 709 (ITU-R BT.2087)
+        let wide = Chromaticities {
+            red: Vec2(0.708, 0.292),
+            green: Vec2(0.17, 0.797),
+            blue: Vec2(0.131, 0.046),
+            white: REC_709.white,
+        };
+        near(read(wide, [1.0; 3]), [1.0; 3]);
+        near(read(wide, [0.0, 1.0, 0.0]), [-0.5876, 1.1329, -0.1006]);
     }
 
     #[test]

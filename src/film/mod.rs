@@ -7,7 +7,8 @@ mod exr_file;
 mod film;
 mod filter;
 mod image;
-mod png_file;
+mod image_file;
+mod picture_file;
 mod sample;
 mod settings;
 
@@ -16,6 +17,7 @@ pub use exposure::Exposure;
 pub use exr_file::{ExrHeader, write_exr};
 pub use film::{Film, FilmError};
 pub use filter::Filter;
-pub use png_file::write_png;
+pub use image_file::write_png;
+pub use picture_file::{Picture, PictureError, read_picture};
 pub use sample::{FirstHit, Sample, SurfaceIds};
 pub use settings::{Aov, FilmSettings};

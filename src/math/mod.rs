@@ -1,8 +1,9 @@
-//! Bernstein polynomials, rounding bounds and plane polygons; knows nothing of splines or rays.
+//! Bernstein polynomials, rounding bounds, plane polygons and linear maps; knows nothing of splines or rays.
 
 pub(crate) mod angle;
 pub(crate) mod bernstein;
 pub(crate) mod cofactor;
 pub(crate) mod lanes;
+pub(crate) mod linear;
 pub(crate) mod polygon;
 pub(crate) mod rounding;

@@ -58,7 +58,7 @@ impl Setup {
     }
 
     fn render_geometry<G: Geometry>(&self, geometry: &G, threads: usize) -> (Image, RenderStatistics) {
-        let lights = LightSet::try_new(&self.lights).unwrap();
+        let lights = LightSet::try_new(&self.lights, &[]).unwrap();
         let scene = ShadingScene { geometry, object_materials: &self.materials, lights: &lights };
         let camera = Camera::try_new(&self.camera, self.film.size).unwrap();
         let cancel = AtomicBool::new(false);
@@ -420,7 +420,7 @@ fn renders_can_be_watched_and_stopped() {
     setup.film.size = [64, 64];
     setup.settings.spp = 1;
     let geometry = Shapes(setup.shapes.clone());
-    let lights = LightSet::try_new(&setup.lights).unwrap();
+    let lights = LightSet::try_new(&setup.lights, &[]).unwrap();
     let scene = ShadingScene { geometry: &geometry, object_materials: &setup.materials, lights: &lights };
     let camera = Camera::try_new(&setup.camera, setup.film.size).unwrap();
     let run = |stop_at: u64| {
@@ -544,7 +544,7 @@ fn interrupted_renders_go_on_to_the_same_picture() {
             CheckpointFile::new(path.clone(), "hash".to_owned(), settings, std::time::Duration::ZERO)
         };
         let geometry = Shapes(setup.shapes.clone());
-        let lights = LightSet::try_new(&setup.lights).unwrap();
+        let lights = LightSet::try_new(&setup.lights, &[]).unwrap();
         let materials = setup.materials.clone();
         let scene = ShadingScene { geometry: &geometry, object_materials: &materials, lights: &lights };
         let camera = Camera::try_new(&setup.camera, setup.film.size).unwrap();
@@ -602,7 +602,7 @@ fn interrupted_renders_go_on_to_the_same_picture() {
 fn a_deadline_ends_with_the_samples_there_are() {
     let setup = filtered(Filter::Box);
     let geometry = Shapes(setup.shapes.clone());
-    let lights = LightSet::try_new(&setup.lights).unwrap();
+    let lights = LightSet::try_new(&setup.lights, &[]).unwrap();
     let scene = ShadingScene { geometry: &geometry, object_materials: &setup.materials, lights: &lights };
     let camera = Camera::try_new(&setup.camera, setup.film.size).unwrap();
     let cancel = AtomicBool::new(false);
@@ -612,3 +612,4 @@ fn a_deadline_ends_with_the_samples_there_are() {
     assert_eq!(rendered.samples, [0, 0]);
     assert!(rendered.image.channel("R").unwrap().iter().all(|&value| value == 0.0));
 }
+mod lights;

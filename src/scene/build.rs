@@ -1,18 +1,23 @@
 //! A scene's description to a scene ready to trace, on one page.
 
+use std::path::Path;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
+use crate::film::{Picture, read_picture};
 use crate::mesh::{FaultKind, MeshNotes, MeshTolerances, ObjError, PolygonSet, load_obj, prepare_polygons};
 use crate::patch::{BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, deform_polygons};
-use crate::shade::{CameraSettings, FovAxis, LightSet, Material, Projection};
+use crate::shade::{CameraSettings, FovAxis, Light, LightSet, Material, Projection};
 use crate::spline::{ControlLattice, SplineVolume};
 use crate::trace::{TracedObject, TracedScene};
 
 use super::attributes::{CarriedNormals, PolygonAttributes};
-use super::description::{Edit, FfdDescription, MoveTo, ObjectDescription, Outside, SceneDescription};
+use super::description::{
+    Edit, FfdDescription, LightDescription, MoveTo, ObjectDescription, Outside, SceneDescription,
+};
 use super::diagnostic::{Diagnostic, Located, Location, SceneError};
 use super::lattice_file::read_lattice;
 
@@ -31,6 +36,8 @@ pub struct BuiltScene {
     pub materials: Vec<Material>,
     /// The lights.
     pub lights: LightSet,
+    /// What the lights are made of, in the scene file's order.
+    pub light_settings: Vec<Light>,
     /// The camera; framed around the objects if the scene names none.
     pub camera: CameraSettings,
     /// Time spent.
@@ -84,25 +91,52 @@ impl SceneDescription {
                 Err(mut faults) => diagnostics.append(&mut faults),
             }
         }
-        let lights = LightSet::try_new(&self.lights_or_default());
-        let lights = match lights {
-            Ok(lights) if diagnostics.is_empty() => lights,
-            Ok(_) => return Err(SceneError { diagnostics }),
-            Err(error) => {
-                diagnostics.push(Diagnostic {
-                    file: self.path.clone(),
-                    location: None,
-                    message: error.to_string(),
-                });
-                return Err(SceneError { diagnostics });
-            }
-        };
+        let light_settings = read_lights(self, &mut diagnostics);
+        if !diagnostics.is_empty() {
+            return Err(SceneError { diagnostics });
+        }
+        let lights = LightSet::try_new(&light_settings, &traced).map_err(|error| {
+            let file = self.path.clone();
+            SceneError { diagnostics: vec![Diagnostic { file, location: None, message: error.to_string() }] }
+        })?;
         let started = Instant::now();
         let traced = TracedScene::new(traced);
         times.build = started.elapsed();
         let camera = self.camera.unwrap_or_else(|| framing_camera(&traced));
         let materials = self.objects.iter().map(|object| self.material_of(object)).collect();
-        Ok(BuiltScene { traced, objects, materials, lights, camera, times })
+        Ok(BuiltScene { traced, objects, materials, lights, light_settings, camera, times })
+    }
+}
+
+/// The lights with their pictures; those without fault.
+fn read_lights(scene: &SceneDescription, diagnostics: &mut Vec<Diagnostic>) -> Vec<Light> {
+    let mut lights = Vec::new();
+    for light in scene.lights_or_default() {
+        match light {
+            LightDescription::Complete(light) => lights.push(light),
+            LightDescription::Envmap { file, scale, to_world } => match read_envmap(&file.value) {
+                Ok(picture) => lights.push(Light::Envmap { picture: Arc::new(picture), scale, to_world }),
+                Err(message) => {
+                    let location = Some(file.location);
+                    diagnostics.push(Diagnostic { file: scene.path.clone(), location, message });
+                }
+            },
+        }
+    }
+    lights
+}
+
+/// The picture of an environment map.
+fn read_envmap(path: &Path) -> Result<Picture, String> {
+    let picture = read_picture(path, false).map_err(|error| format!("file {error}"))?;
+    let broken = picture.pixels.iter().position(|pixel| !pixel.iter().all(|value| value.is_finite()));
+    match broken {
+        None => Ok(picture),
+        Some(index) => {
+            let (width, path) = (picture.size[0] as usize, path.display());
+            let [column, row] = [index % width, index / width];
+            Err(format!("file {path}: the pixel in column {column} of row {row} is not finite"))
+        }
     }
 }
 
@@ -208,7 +242,7 @@ fn deform(
 
 /// The volume after all edits.
 fn deformed_volume(
-    path: &std::path::Path,
+    path: &Path,
     ffd: &Located<FfdDescription>,
     object_bounds: [DVec3; 2],
 ) -> Result<SplineVolume, Vec<Diagnostic>> {

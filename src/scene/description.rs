@@ -26,7 +26,7 @@ pub struct SceneDescription {
     /// The materials, in the file's order; their names differ.
     pub materials: Vec<NamedMaterial>,
     /// The lights; if none are listed at all, see [`SceneDescription::lights_or_default`].
-    pub lights: Option<Vec<Light>>,
+    pub lights: Option<Vec<LightDescription>>,
     /// The objects, at least one; their names differ.
     pub objects: Vec<ObjectDescription>,
 }
@@ -34,8 +34,9 @@ pub struct SceneDescription {
 impl SceneDescription {
     /// The lights, or one constant light of radiance 1 where the file lists none.
     #[must_use]
-    pub fn lights_or_default(&self) -> Vec<Light> {
-        self.lights.clone().unwrap_or_else(|| vec![Light::Constant { radiance: DVec3::ONE }])
+    pub fn lights_or_default(&self) -> Vec<LightDescription> {
+        let sky = || vec![LightDescription::Complete(Light::Constant { radiance: DVec3::ONE })];
+        self.lights.clone().unwrap_or_else(sky)
     }
 
     /// The material of `object`, or the default one.
@@ -46,6 +47,22 @@ impl SceneDescription {
     pub fn material_of(&self, object: &ObjectDescription) -> Material {
         object.material.map(|index| self.materials[index].material).unwrap_or_default()
     }
+}
+
+/// A light as the scene file gives it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightDescription {
+    /// One that names no other file.
+    Complete(Light),
+    /// [`Light::Envmap`], whose picture is not read yet.
+    Envmap {
+        /// The picture's file, on the path of the scene file's folder.
+        file: Located<PathBuf>,
+        /// Factor of the radiance.
+        scale: f64,
+        /// Turns the picture.
+        to_world: DAffine3,
+    },
 }
 
 /// A material and the name that objects call it by.

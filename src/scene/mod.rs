@@ -15,7 +15,8 @@ mod unavailable;
 
 pub use build::{BuiltObject, BuiltScene, SceneTimes};
 pub use description::{
-    Edit, FfdDescription, Method, MoveTo, NamedMaterial, ObjectDescription, Outside, SceneDescription,
+    Edit, FfdDescription, LightDescription, Method, MoveTo, NamedMaterial, ObjectDescription, Outside,
+    SceneDescription,
 };
 pub use diagnostic::{Diagnostic, Located, Location, SceneError};
 pub use film_area::{MAX_PIXELS, MAX_SIDE, parse_crop, parse_size, validate_crop, validate_film};

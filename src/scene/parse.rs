@@ -3,6 +3,7 @@
 mod camera;
 mod ffd;
 mod film;
+mod light;
 mod object;
 mod shading;
 #[cfg(test)]
@@ -136,8 +137,9 @@ fn read_scene(mut root: Table<'_>, path: &Path) -> Option<SceneDescription> {
     let render = root.table("render", "[render]").map(film::read_render);
     let materials = root.tables("material", "[[material]]").unwrap_or_default();
     let materials = shading::read_materials(materials);
-    let lights = root.tables("light", "[[light]]").map(shading::read_lights);
     let objects = root.tables("object", "[[object]]").unwrap_or_default();
+    let object_names = object::names(&objects);
+    let lights = root.tables("light", "[[light]]").map(|tables| light::read_all(tables, &object_names));
     if root.lacks("object") {
         root.report_file(
             "has no object; a scene needs at least one [[object]] with a name and a mesh, such as \

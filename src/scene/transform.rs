@@ -164,7 +164,7 @@ pub(super) fn read_view(table: &Table<'_>) -> Option<View> {
 }
 
 /// The unit vector along `v`, without overflow or underflow on the way; none for zero or infinite.
-fn direction(v: DVec3) -> Option<DVec3> {
+pub(super) fn direction(v: DVec3) -> Option<DVec3> {
     let largest = v.abs().max_element();
     (largest > 0.0 && largest.is_finite()).then(|| (v / largest).normalize())
 }

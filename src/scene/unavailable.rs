@@ -37,8 +37,6 @@ const NAMES: &[(&str, &[&str])] = &[
             "principled",
         ],
     ),
-    ("light type", &["envmap", "directional", "spot"]),
-    ("light shape", &["sphere", "disk"]),
     ("deform type", &["extension"]),
     ("method", &["pointwise", "adaptive"]),
 ];

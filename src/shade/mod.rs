@@ -2,10 +2,10 @@
 
 mod bsdf;
 mod camera;
+mod distribution;
 mod light;
 mod material;
 mod path;
-mod rectangle;
 mod sampler;
 mod scene;
 mod settings;
@@ -17,10 +17,9 @@ mod warp;
 
 pub use bsdf::{Bsdf, BsdfSample, BsdfValue};
 pub use camera::{Camera, CameraError, CameraSettings, FovAxis, Projection, ThinLens};
-pub use light::{Light, LightEnd, LightError, LightHit, LightSample, LightSet};
+pub use light::{Light, LightEnd, LightError, LightHit, LightSample, LightSet, ShapeHit};
 pub use material::Material;
 pub use path::{PathBuffers, PathIntegrator, PathStart};
-pub use rectangle::{Rectangle, RectangleHit};
 pub use sampler::{Sampler, SamplerKind};
 pub use scene::{SceneBuffers, SceneHit, ShadingScene};
 pub use settings::{IntegratorKind, RenderSettings};

@@ -23,7 +23,7 @@ pub struct PathIntegrator {
     /// Depth from which Russian roulette may end a path; none is never.
     rr_depth: Option<u32>,
     hide_emitters: bool,
-    /// Whether the picture is covered where the ray leaves the scene for a constant light.
+    /// Whether the picture is covered where the ray leaves the scene for a light that surrounds it.
     environment_covers: bool,
 }
 
@@ -182,13 +182,16 @@ impl PathIntegrator {
     }
 
     /// Whether the picture is covered here, as Mitsuba's `path` has it: where a light surrounds
-    /// the scene (unless hidden), where a light's shape is seen, and where a surface is seen that
-    /// the path is long enough to shade.
+    /// the scene (unless hidden), where a light's shape or an object that is a light is seen, and where
+    /// a surface is seen that the path is long enough to shade.
     fn alpha<G>(&self, scene: &ShadingScene<'_, G>, hit: Option<&SceneHit>) -> f64 {
         let covered = match hit {
             Some(SceneHit::Surface(_)) if self.reaches(2) => true,
             Some(SceneHit::Light(_)) => self.reaches(1),
-            _ => self.reaches(1) && self.environment_covers && scene.lights.environment().is_some(),
+            Some(SceneHit::Surface(surface)) if scene.lights.is_object_light(surface.object) => {
+                self.reaches(1)
+            }
+            _ => self.reaches(1) && self.environment_covers && scene.lights.has_environment(),
         };
         f64::from(u8::from(covered))
     }
@@ -202,21 +205,31 @@ impl Walk {
     /// What is emitted where the ray ends.
     fn emission<G>(&self, scene: &ShadingScene<'_, G>, hit: Option<&SceneHit>, see_lights: bool) -> DVec3 {
         match hit {
-            None if see_lights => match scene.lights.environment() {
-                Some(radiance) => self.weighted(radiance, scene.lights.environment_pdf()),
-                None => DVec3::ZERO,
-            },
-            Some(SceneHit::Light(light)) => self.weighted(
-                scene.lights.hit_radiance(&self.ray, light),
-                scene.lights.hit_pdf(&self.ray, light),
-            ),
-            _ => DVec3::ZERO,
+            None if see_lights => {
+                let direction = self.ray.direction;
+                let radiance = scene.lights.environment_radiance(direction);
+                self.weighted(radiance, || scene.lights.environment_pdf(direction))
+            }
+            Some(SceneHit::Light(light)) => {
+                let radiance = scene.lights.hit_radiance(&self.ray, light);
+                self.weighted(radiance, || scene.lights.hit_pdf(&self.ray, light))
+            }
+            Some(SceneHit::Surface(surface)) => {
+                let direction = self.ray.direction;
+                let radiance = scene.lights.object_radiance(surface, direction);
+                let distance = || surface.t * direction.length();
+                self.weighted(radiance, || scene.lights.object_pdf(surface, direction, distance()))
+            }
+            None => DVec3::ZERO,
         }
     }
 
     /// Radiance met by following the walk, that the lights' sampling finds with `light_pdf`.
-    fn weighted(&self, radiance: DVec3, light_pdf: f64) -> DVec3 {
-        let weight = self.pdf.map_or(1.0, |pdf| mis_weight(pdf, light_pdf));
+    fn weighted(&self, radiance: DVec3, light_pdf: impl Fn() -> f64) -> DVec3 {
+        if radiance == DVec3::ZERO {
+            return DVec3::ZERO;
+        }
+        let weight = self.pdf.map_or(1.0, |pdf| mis_weight(pdf, light_pdf()));
         weight * self.throughput * radiance
     }
 

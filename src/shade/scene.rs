@@ -1,5 +1,7 @@
 //! The scene as the integrator sees it: surfaces, their materials, and lights.
 
+use glam::DVec3;
+
 use super::light::{LightHit, LightSample, LightSet};
 use super::material::Material;
 use super::spawn::{BOUNDS_AWAY, spawn_shadow_ray};
@@ -20,7 +22,7 @@ pub struct ShadingScene<'a, G> {
 /// What a ray meets first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SceneHit {
-    /// An object.
+    /// An object, which may be a light as well.
     Surface(SurfaceInteraction),
     /// The shape of a light: black, but for the radiance that it emits.
     Light(LightHit),
@@ -33,7 +35,8 @@ pub struct SceneBuffers {
 }
 
 impl<G: Geometry> ShadingScene<'_, G> {
-    /// The nearest hit of each ray, in place of what `hits` held; through the shapes of lights unless they are seen.
+    /// The nearest hit of each ray, in place of what `hits` held; through the shapes of lights and the objects that are
+    /// lights unless they are seen.
     ///
     /// A light that lies on a surface is in front of it, up to the error bounds of both, just as shadow rays have it.
     pub fn closest_hits(
@@ -47,8 +50,10 @@ impl<G: Geometry> ShadingScene<'_, G> {
         self.geometry.closest_hits(rays, &mut buffers.surfaces);
         hits.clear();
         hits.extend(rays.iter().zip(buffers.surfaces.drain(..)).map(|(ray, surface)| {
-            let light = if see_lights { self.lights.closest_hit(ray) } else { None };
-            match (surface, light) {
+            if !see_lights {
+                return self.past_lights(ray, surface).map(SceneHit::Surface);
+            }
+            match (surface, self.lights.closest_hit(ray)) {
                 (Some(surface), Some(light)) if !is_in_front(ray, &light, &surface) => {
                     Some(SceneHit::Surface(surface))
                 }
@@ -58,10 +63,21 @@ impl<G: Geometry> ShadingScene<'_, G> {
         }));
     }
 
+    /// The nearest hit with an object that is no light, from `hit` on.
+    fn past_lights(&self, ray: &Ray, mut hit: Option<SurfaceInteraction>) -> Option<SurfaceInteraction> {
+        let mut ray = *ray;
+        while let Some(light) = hit.filter(|hit| self.lights.is_object_light(hit.object)) {
+            let past = light.t + margin(&ray, light.normal, light.position_error);
+            ray.t_min = past.max(light.t.next_up());
+            hit = self.geometry.closest_hit(&ray);
+        }
+        hit
+    }
+
     /// The ray from a surface to a light's sample; `None` if the shape of another light is in the way.
     pub fn shadow_ray(&self, from: &SurfaceInteraction, light: &LightSample) -> Option<Ray> {
         let ray = spawn_shadow_ray(from, light);
-        let target = light.end.and_then(|end| end.rectangle);
+        let target = light.end.and_then(|end| end.light);
         (!self.lights.blocks(&ray, target)).then_some(ray)
     }
 
@@ -83,6 +99,15 @@ impl<G: Geometry> ShadingScene<'_, G> {
 /// Whether the light is nearer than the surface, or as near up to their error bounds.
 fn is_in_front(ray: &Ray, light: &LightHit, surface: &SurfaceInteraction) -> bool {
     let bounds = light.hit.position_error + surface.position_error;
-    let margin = BOUNDS_AWAY * bounds / ray.direction.dot(light.hit.normal).abs();
-    light.hit.t - margin <= surface.t
+    light.hit.t - margin(ray, light.hit.normal, bounds) <= surface.t
+}
+
+/// How far along the ray error bounds of a hit may reach.
+///
+/// A shift along the normal moves the crossing by the shift over the cosine; a curved surface, to which
+/// the ray is tangent, ends before the cosine is lost in rounding.
+fn margin(ray: &Ray, normal: DVec3, bounds: f64) -> f64 {
+    let length = ray.direction.length();
+    let cos = (ray.direction.dot(normal).abs() / length).max(f64::EPSILON.sqrt());
+    BOUNDS_AWAY * bounds / (cos * length)
 }

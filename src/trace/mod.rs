@@ -29,3 +29,4 @@ pub use interaction::{Geometry, SurfaceInteraction};
 pub use ray::Ray;
 pub use scene::{NoAttributes, PatchHit, TracedObject, TracedScene, VertexAttributes};
 pub use statistics::{AccelerationStatistics, TraceStatistics};
+pub(crate) use target::surface_error;

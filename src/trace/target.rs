@@ -131,7 +131,7 @@ pub(super) fn position_error(patch: &BezierPatch) -> f64 {
 }
 
 /// The same with the error of the trim's border.
-pub(super) fn surface_error(trimmed: &TrimmedPatch) -> f64 {
+pub(crate) fn surface_error(trimmed: &TrimmedPatch) -> f64 {
     position_error(&trimmed.patch) + trimmed.boundary_error
 }
 

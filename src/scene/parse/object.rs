@@ -8,6 +8,12 @@ use crate::scene::reader::{Table, Value};
 use crate::scene::transform;
 use crate::scene::unavailable::{self, MAX_DEFORMATIONS};
 
+/// The names of all objects, also of those with other faults; empty where there is none.
+pub(super) fn names(tables: &[Table<'_>]) -> Vec<String> {
+    let names = tables.iter().map(|table| table.value("name").and_then(|value| value.text().ok()));
+    names.map(|name| name.unwrap_or_default().to_owned()).collect()
+}
+
 /// Reads and checks all objects.
 pub(super) fn read_all(tables: Vec<Table<'_>>, materials: &Materials) -> Vec<ObjectDescription> {
     let mut names = Names::default();

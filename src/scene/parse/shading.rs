@@ -1,4 +1,4 @@
-//! `[[material]]` and `[[light]]`.
+//! `[[material]]`.
 
 use std::collections::HashMap;
 
@@ -7,9 +7,8 @@ use glam::DVec3;
 use crate::scene::description::NamedMaterial;
 use crate::scene::diagnostic::{Located, Location};
 use crate::scene::reader::{Table, Value};
-use crate::scene::transform;
 use crate::scene::unavailable::{self, TEXTURES};
-use crate::shade::{Light, Material};
+use crate::shade::Material;
 
 /// Names given so far, so that each is given once.
 #[derive(Default)]
@@ -85,61 +84,4 @@ fn read_colour(table: &Table<'_>, key: &str, expected: &str, test: impl Fn(f64) 
         return None;
     }
     table.optional(key, expected, |value| value.rgb(test))
-}
-
-/// Reads and checks all lights.
-pub(super) fn read_lights(tables: Vec<Table<'_>>) -> Vec<Light> {
-    let mut constant: Option<Location> = None;
-    let mut lights = Vec::new();
-    for table in tables {
-        let location = table.location();
-        let Some(light) = read_light(table, constant) else {
-            continue;
-        };
-        if matches!(light, Light::Constant { .. }) {
-            constant = constant.or(Some(location));
-        }
-        lights.push(light);
-    }
-    lights
-}
-
-/// One light; `constant` is where a constant light stands already.
-fn read_light(mut table: Table<'_>, constant: Option<Location>) -> Option<Light> {
-    if !table.has("type") {
-        table.check_keys(&["type", "radiance", "intensity", "position", "shape", "to_world"]);
-    }
-    let kind = table.required_name("type", "light type", &["constant", "point", "area"])?;
-    let radiance = |table: &Table<'_>, key| {
-        let expected = "a number or [r, g, b], each at least 0";
-        read_colour(table, key, expected, |value| value >= 0.0).unwrap_or(DVec3::ONE)
-    };
-    match kind {
-        "constant" => {
-            table.check_keys(&["type", "radiance"]);
-            if let Some(Location { line, .. }) = constant {
-                table.report_value(
-                    "type",
-                    format!("a scene has one constant light; the first is in line {line}"),
-                );
-            }
-            let radiance = radiance(&table, "radiance");
-            Some(Light::Constant { radiance })
-        }
-        "point" => {
-            table.check_keys(&["type", "position", "intensity"]);
-            let place = "a point [x, y, z] of finite numbers";
-            let position = table.required("position", place, Value::vector);
-            let intensity = radiance(&table, "intensity");
-            Some(Light::Point { position: position?, intensity })
-        }
-        _ => {
-            table.check_keys(&["type", "shape", "to_world", "radiance"]);
-            let shape = table.required_name("shape", "light shape", &["rectangle"]);
-            let to_world = transform::read(&table, "to_world");
-            let radiance = radiance(&table, "radiance");
-            shape?;
-            Some(Light::Rectangle { to_world: to_world?, radiance })
-        }
-    }
 }

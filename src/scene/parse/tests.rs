@@ -6,7 +6,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::film::{Aov, FilmSettings, Filter};
 use crate::scene::{
-    Edit, FfdDescription, Located, Location, Method, MoveTo, NamedMaterial, ObjectDescription, Outside,
+    Edit, FfdDescription, LightDescription, Located, Location, Method, MoveTo, NamedMaterial,
+    ObjectDescription, Outside,
 };
 use crate::shade::{
     CameraSettings, FovAxis, IntegratorKind, Light, Material, Projection, RenderSettings, SamplerKind,
@@ -210,14 +211,19 @@ fn a_full_scene_gives_its_values() {
     let down = DMat3::from_cols(-DVec3::X, DVec3::Y, -DVec3::Z);
     assert_eq!(
         scene.lights,
-        Some(vec![
-            Light::Constant { radiance: DVec3::splat(2.0) },
-            Light::Point { position: DVec3::new(1.0, 2.0, 3.0), intensity: DVec3::new(4.0, 5.0, 6.0) },
-            Light::Rectangle {
-                to_world: DAffine3::from_mat3_translation(down, DVec3::new(0.0, 0.0, 5.0)),
-                radiance: DVec3::new(7.0, 8.0, 9.0),
-            },
-        ])
+        Some(
+            vec![
+                Light::Constant { radiance: DVec3::splat(2.0) },
+                Light::Point { position: DVec3::new(1.0, 2.0, 3.0), intensity: DVec3::new(4.0, 5.0, 6.0) },
+                Light::Rectangle {
+                    to_world: DAffine3::from_mat3_translation(down, DVec3::new(0.0, 0.0, 5.0)),
+                    radiance: DVec3::new(7.0, 8.0, 9.0),
+                },
+            ]
+            .into_iter()
+            .map(LightDescription::Complete)
+            .collect()
+        )
     );
     assert_eq!(scene.objects, full_objects());
     assert_eq!(
@@ -234,8 +240,80 @@ fn all_but_objects_may_be_left_out() {
     assert_eq!(scene.film, FilmSettings::default());
     assert_eq!(scene.render, RenderSettings::default());
     assert_eq!(scene.lights, None);
-    assert_eq!(scene.lights_or_default(), [Light::Constant { radiance: DVec3::ONE }]);
+    let sky = Light::Constant { radiance: DVec3::ONE };
+    assert_eq!(scene.lights_or_default(), [LightDescription::Complete(sky)]);
     assert_eq!(scene.objects[0].mesh.value, Path::new("scenes/a.obj"));
+}
+
+#[test]
+fn lights_have_the_defaults_of_mitsuba() {
+    let text = r#"
+[[light]]
+type = "envmap"
+file = "sky.exr"
+[[light]]
+type = "directional"
+[[light]]
+type = "directional"
+direction = [0, 0, -1e200]
+irradiance = 3
+[[light]]
+type = "spot"
+[[light]]
+type = "spot"
+cutoff_angle = 40
+[[light]]
+type = "area"
+shape = "disk"
+[[light]]
+type = "area"
+shape = "sphere"
+center = [1, 2, 3]
+radius = 0.5
+to_world = [{ scale = 2 }]
+radiance = 4
+[[light]]
+type = "area"
+shape = "object"
+object = "b"
+[[object]]
+name = "a"
+mesh = "a.obj"
+[[object]]
+name = "b"
+mesh = "b.obj"
+"#;
+    let spot = |cutoff_angle: f64| Light::Spot {
+        to_world: DAffine3::IDENTITY,
+        intensity: DVec3::ONE,
+        cutoff_angle,
+        beam_width: 0.75 * cutoff_angle,
+    };
+    let mut want = vec![LightDescription::Envmap {
+        file: located(PathBuf::from("scenes/sky.exr"), 4, 8),
+        scale: 1.0,
+        to_world: DAffine3::IDENTITY,
+    }];
+    want.extend(
+        [
+            Light::Directional { direction: DVec3::Z, irradiance: DVec3::ONE },
+            Light::Directional { direction: DVec3::NEG_Z, irradiance: DVec3::splat(3.0) },
+            spot(20.0),
+            spot(40.0),
+            Light::Disk { to_world: DAffine3::IDENTITY, radiance: DVec3::ONE },
+            Light::Sphere {
+                to_world: DAffine3::from_scale_rotation_translation(
+                    DVec3::ONE,
+                    glam::DQuat::IDENTITY,
+                    DVec3::new(2.0, 4.0, 6.0),
+                ),
+                radiance: DVec3::splat(4.0),
+            },
+            Light::Object { object: 1, radiance: DVec3::ONE },
+        ]
+        .map(LightDescription::Complete),
+    );
+    assert_eq!(parse(text).unwrap().lights, Some(want));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 
+use super::area::{ShapeHit, ShapePoint};
 use crate::math::rounding::gamma;
 use crate::trace::Ray;
 
@@ -9,7 +10,7 @@ use crate::trace::Ray;
 ///
 /// Shear is allowed: a parallelogram then.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rectangle {
+pub(super) struct Rectangle {
     centre: DVec3,
     /// From the centre to the middle of the side x = 1.
     half_u: DVec3,
@@ -20,27 +21,12 @@ pub struct Rectangle {
     area: f64,
 }
 
-/// Where a ray meets a rectangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RectangleHit {
-    /// Ray parameter, in units of the ray's direction.
-    pub t: f64,
-    /// The point.
-    pub position: DVec3,
-    /// Bound on the error of each coordinate of the rectangle's points.
-    pub position_error: f64,
-    /// Unit normal, on the side that shines.
-    pub normal: DVec3,
-    /// Place on the rectangle, in `[0, 1]²`.
-    pub uv: DVec2,
-}
-
 impl Rectangle {
     /// The rectangle that `to_world` makes; none if it has no area or is not finite.
     ///
     /// The normal is transformed as normals are (by the inverse transpose), so that a mirrored
     /// rectangle still shines to its own +z.
-    pub fn try_new(to_world: &DAffine3) -> Option<Self> {
+    pub(super) fn try_new(to_world: &DAffine3) -> Option<Self> {
         let (half_u, half_v) = (to_world.matrix3.x_axis, to_world.matrix3.y_axis);
         let cross = half_u.cross(half_v);
         let side = if cross.dot(to_world.matrix3.z_axis) < 0.0 { -1.0 } else { 1.0 };
@@ -55,35 +41,30 @@ impl Rectangle {
         (finite && rectangle.area > 0.0).then_some(rectangle)
     }
 
-    /// Unit normal, on the side that shines.
-    pub const fn normal(&self) -> DVec3 {
-        self.normal
+    /// In square world units.
+    pub(super) const fn area(&self) -> f64 {
+        self.area
     }
 
     /// The point of uniform `u` in `[0, 1)²`; uniform by area.
-    pub fn point(&self, u: DVec2) -> DVec3 {
+    pub(super) fn sample(&self, u: DVec2) -> ShapePoint {
         let local = 2.0 * u - 1.0;
-        self.centre + local.x * self.half_u + local.y * self.half_v
+        ShapePoint {
+            position: self.centre + local.x * self.half_u + local.y * self.half_v,
+            position_error: self.point_error(),
+            normal: self.normal,
+        }
     }
 
-    /// Bound on the error of each coordinate of [`Self::point`]: five roundings, `local`'s two
-    /// among them, of sums that no coordinate exceeds.
-    pub fn point_error(&self) -> f64 {
+    /// Bound on the error of each coordinate of points: five roundings, `local`'s two among them, of
+    /// sums that no coordinate exceeds.
+    fn point_error(&self) -> f64 {
         let reach = self.centre.abs() + self.half_u.abs() + self.half_v.abs();
         gamma(5) * reach.max_element()
     }
 
-    /// Density by solid angle of a point `distance` away, drawn uniformly by area, that is seen
-    /// under `cos_light` to the normal: distance² / (cos · area), and 0 edge on.
-    pub fn pdf(&self, distance: f64, cos_light: f64) -> f64 {
-        if cos_light == 0.0 {
-            return 0.0;
-        }
-        distance * distance / (cos_light.abs() * self.area)
-    }
-
     /// Where the ray meets the rectangle, from either side; its edges belong to it.
-    pub fn intersect(&self, ray: &Ray) -> Option<RectangleHit> {
+    pub(super) fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let to_centre = self.centre - ray.origin;
         let t = self.normal.dot(to_centre) / self.normal.dot(ray.direction);
         // false for the NaN of a ray within the plane
@@ -96,7 +77,7 @@ impl Rectangle {
         let local =
             DVec2::new(from_centre.cross(self.half_v).dot(cross), self.half_u.cross(from_centre).dot(cross))
                 / cross.length_squared();
-        (local.x.abs() <= 1.0 && local.y.abs() <= 1.0).then_some(RectangleHit {
+        (local.x.abs() <= 1.0 && local.y.abs() <= 1.0).then_some(ShapeHit {
             t,
             position,
             position_error: self.point_error(),
@@ -120,9 +101,9 @@ mod tests {
     #[test]
     fn mirrored_rectangles_keep_their_own_side() {
         // as Mitsuba 3.9.1 shows: only a mirrored z turns the side
-        assert_eq!(scaled(1.0, 1.0, 1.0).normal(), DVec3::Z);
-        assert_eq!(scaled(-1.0, 1.0, 1.0).normal(), DVec3::Z);
-        assert_eq!(scaled(1.0, 1.0, -1.0).normal(), DVec3::NEG_Z);
+        assert_eq!(scaled(1.0, 1.0, 1.0).normal, DVec3::Z);
+        assert_eq!(scaled(-1.0, 1.0, 1.0).normal, DVec3::Z);
+        assert_eq!(scaled(1.0, 1.0, -1.0).normal, DVec3::NEG_Z);
         assert_eq!(scaled(2.0, 3.0, 1.0).area, 24.0);
         let flat = DAffine3::from_scale(DVec3::new(0.0, 1.0, 1.0));
         assert_eq!(Rectangle::try_new(&flat), None);
@@ -138,16 +119,16 @@ mod tests {
             let mut sampler = Sampler::new(5, [i, 0], 0);
             let u = sampler.next_2d();
             let offset = sampler.next_2d().extend(sampler.next_1d()) - 0.5;
-            let (from, to) = (DVec3::splat(4.0) + offset, rectangle.point(u));
+            let (from, to) = (DVec3::splat(4.0) + offset, rectangle.sample(u).position);
             let hit = rectangle.intersect(&Ray::new(from, 2.0 * (to - from))).unwrap();
             assert!((hit.t - 0.5).abs() < 1e-14, "sample {i}: t {}", hit.t);
             assert!(hit.uv.distance(u) < 1e-13, "sample {i}: uv {}, want {u}", hit.uv);
             let short = Ray { t_max: 0.999, ..Ray::new(from, to - from) };
             assert_eq!(rectangle.intersect(&short), None);
-            let outside = rectangle.point(u + DVec2::X);
+            let outside = rectangle.sample(u + DVec2::X).position;
             assert_eq!(rectangle.intersect(&Ray::new(from, outside - from)), None);
         }
-        let within = Ray::new(rectangle.point(DVec2::ZERO), rectangle.half_u);
+        let within = Ray::new(rectangle.sample(DVec2::ZERO).position, rectangle.half_u);
         let along = rectangle.intersect(&within);
         assert!(along.is_none_or(|hit| hit.position.is_finite()));
     }
