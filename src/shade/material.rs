@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::bsdf::{Bsdf, Model};
+use super::bsdf::{Bsdf, Diffuse, Model};
 use crate::trace::SurfaceInteraction;
 
 /// A material as the scene file gives it.
@@ -31,8 +31,8 @@ impl Material {
     }
 
     /// The material at a point.
-    pub fn bsdf(&self, surface: &SurfaceInteraction) -> Bsdf {
+    pub fn bsdf(&self, surface: &SurfaceInteraction) -> Bsdf<'_> {
         let Self::Diffuse { reflectance, two_sided } = self;
-        Bsdf::new(Model::diffuse(*reflectance), *two_sided, surface)
+        Bsdf::new(Model::Diffuse(Diffuse { reflectance: *reflectance }), *two_sided, surface)
     }
 }
