@@ -25,7 +25,7 @@ const ORDER: [&str; 14] = [
 const BEHIND_ONE_FILE: [(&str, &str); 5] = [
     ("obvhs", "src/trace/bvh.rs"),
     ("exr", "src/film/exr_file.rs"),
-    ("image", "src/film/png_file.rs"),
+    ("image", "src/film/image_file.rs"),
     ("tobj", "src/mesh/obj.rs"),
     ("npyz", "src/arrays.rs"),
 ];

@@ -7,10 +7,11 @@ use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer};
 use exr::math::Vec2;
 use exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
-use exr::prelude::WritableImage;
+use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
 use glam::DMat4;
 
 use super::image::Image;
+use super::picture_file::{Picture, PictureError};
 use crate::output::{OutputError, write_whole};
 
 /// What the file's header says of how the picture was made.
@@ -139,6 +140,56 @@ fn zero_terminated(file: &[u8], start: usize) -> Option<std::ops::Range<usize>> 
     Some(start..start + length)
 }
 
+/// Whether a file begins as an EXR file does.
+pub(super) fn is_exr(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
+}
+
+/// Decodes the data window of an EXR file's first part: R, G and B, or Y for all three.
+///
+/// Chromaticities are not looked at: the numbers are taken to be of Rec. 709.
+pub(super) fn decode_picture(path: &Path, bytes: &[u8]) -> Result<Picture, PictureError> {
+    let failed = |reason: String| PictureError::Decode { path: path.into(), format: "OpenEXR", reason };
+    let part = exr::image::read::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| failed(error.to_string()))?
+        .layer_data;
+    let list = &part.channel_data.list;
+    let channel = |name: &str| list.iter().find(|channel| channel.name.eq(name));
+    let colours = match ["R", "G", "B"].map(channel) {
+        [Some(red), Some(green), Some(blue)] => [red, green, blue],
+        _ => match channel("Y") {
+            Some(grey) => [grey; 3],
+            None => {
+                let names: Vec<_> = list.iter().map(|channel| channel.name.to_string()).collect();
+                return Err(PictureError::Channels { path: path.into(), found: names.join(", ") });
+            }
+        },
+    };
+    if colours.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+        return Err(failed("its colours are subsampled; one sample for each pixel would do".to_owned()));
+    }
+    let side = |length: usize| u32::try_from(length).map_err(|error| failed(error.to_string()));
+    let size = [side(part.size.0)?, side(part.size.1)?];
+    let [red, green, blue] = colours.map(|channel| numbers(&channel.sample_data));
+    let pixels = red.into_iter().zip(green).zip(blue).map(|((red, green), blue)| [red, green, blue]);
+    Ok(Picture { size, pixels: pixels.collect() })
+}
+
+#[expect(clippy::cast_precision_loss, reason = "pictures are kept in single precision")]
+fn numbers(samples: &FlatSamples) -> Vec<f32> {
+    match samples {
+        FlatSamples::F16(halves) => halves.iter().map(|half| half.to_f32()).collect(),
+        FlatSamples::F32(floats) => floats.clone(),
+        FlatSamples::U32(whole) => whole.iter().map(|&whole| whole as f32).collect(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::fs;
@@ -147,7 +198,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::film::{Aov, Film, FilmSettings};
+    use crate::film::{Aov, Film, FilmSettings, read_picture};
 
     fn picture() -> Image {
         let settings = FilmSettings { size: [40, 30], crop: Some([7, 11, 5, 3]), ..FilmSettings::default() };
@@ -196,6 +247,42 @@ mod tests {
         for name in ["R", "A", "depth.T", "st.S", "object.I", "variance.B", "geo_normal.Z"] {
             assert!(channels.iter().any(|c| c.name.eq(name)), "{name}");
         }
+    }
+
+    #[test]
+    fn pictures_are_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = write(folder.path(), "a.exr");
+        let read = read_picture(&path, false).unwrap();
+        assert_eq!(read.size, [5, 3], "the data window");
+        let image = picture();
+        let colours = ["R", "G", "B"].map(|name| image.channel(name).unwrap());
+        for (i, pixel) in read.pixels.iter().enumerate() {
+            assert_eq!(*pixel, colours.map(|colour| colour[i]));
+        }
+        assert_ne!(read.pixels[0], read.pixels[5]);
+    }
+
+    fn written_by_the_crate(channels: &[(&str, FlatSamples)]) -> Result<Picture, PictureError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let list = channels.iter().map(|(name, samples)| AnyChannel::new(*name, samples.clone()));
+        let channels = AnyChannels::sort(list.collect());
+        exr::image::Image::from_channels((2, 1), channels).write().to_file(&path).unwrap();
+        read_picture(&path, true)
+    }
+
+    #[test]
+    fn luminance_halves_and_missing_channels() {
+        let halves = [0.5, 0.1].map(exr::prelude::f16::from_f32);
+        let grey = written_by_the_crate(&[("Y", FlatSamples::F16(halves.to_vec()))]).unwrap();
+        assert_eq!(grey.pixels, [[0.5; 3], [halves[1].to_f32(); 3]]);
+        let depth = FlatSamples::F32(vec![1.0, 2.0]);
+        let error = written_by_the_crate(&[("Z", depth.clone()), ("R", depth)]).unwrap_err().to_string();
+        assert!(
+            error.ends_with("a.exr: has the channels R, Z; a picture needs R, G and B, or Y alone"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -5,13 +5,15 @@ mod exr_file;
 #[expect(clippy::module_inception, reason = "the film is one concept among several of this stage")]
 mod film;
 mod image;
-mod png_file;
+mod image_file;
+mod picture_file;
 mod sample;
 mod settings;
 
 pub use self::image::{Channel, Image, Window};
 pub use exr_file::{ExrHeader, write_exr};
 pub use film::{Film, FilmError, Pixel};
-pub use png_file::write_png;
+pub use image_file::write_png;
+pub use picture_file::{Picture, PictureError, read_picture};
 pub use sample::{FirstHit, Sample, SurfaceIds};
 pub use settings::{Aov, FilmSettings, Filter};
