@@ -2,6 +2,7 @@
 
 mod export;
 mod info;
+mod material_json;
 mod progress;
 mod render;
 mod statistics;

@@ -7,12 +7,13 @@ use anyhow::Context;
 use clap::Args;
 use serde_json::json;
 
-use crate::film::{Aov, ExrHeader, FilmSettings, write_exr, write_png};
+use crate::film::{Aov, ExrHeader, FilmSettings, Picture, write_exr, write_png};
 use crate::output::check_writable;
 use crate::render::{RenderControl, RenderError, render};
 use crate::scene::{BuiltScene, Choice, SceneDescription, parse_crop, parse_size, validate_film};
-use crate::shade::{IntegratorKind, Light, Material, PerspectiveCamera, ShadingScene};
+use crate::shade::{IntegratorKind, Light, PerspectiveCamera, ShadingScene};
 
+use super::material_json::material_json;
 use super::progress::progress_bar;
 use super::statistics::{Acceleration, print_render};
 use super::{CliError, INTERRUPTED, SceneArgs, checked_camera};
@@ -154,6 +155,11 @@ fn header(
 /// All that decides the pixels besides geometry, which the hash stands for.
 fn settings_json(scene: &SceneDescription, built: &BuiltScene) -> serde_json::Value {
     let (camera, film, render) = (&built.camera, &scene.film, &scene.render);
+    let materials = scene.objects.iter().zip(&built.materials).map(|(object, prepared)| {
+        let mut material = material_json(&scene.material_of(object));
+        material["pictures"] = prepared.pictures().into_iter().map(picture_hash).collect();
+        material
+    });
     json!({
         "camera": {
             "origin": camera.origin.to_array(), "target": camera.target.to_array(), "up": camera.up.to_array(),
@@ -165,17 +171,21 @@ fn settings_json(scene: &SceneDescription, built: &BuiltScene) -> serde_json::Va
             "rr_depth": render.rr_depth, "seed": render.seed, "hide_emitters": render.hide_emitters,
             "aovs": render.aovs.iter().map(|aov: &Aov| aov.name()).collect::<Vec<_>>(),
         },
-        "materials": built.materials.iter().map(material_json).collect::<Vec<_>>(),
+        "materials": materials.collect::<Vec<_>>(),
         "lights": scene.lights_or_default().iter().map(light_json).collect::<Vec<_>>(),
     })
 }
 
-fn material_json(material: &Material) -> serde_json::Value {
-    match material {
-        Material::Diffuse { reflectance, two_sided } => {
-            json!({ "type": "diffuse", "reflectance": reflectance.to_array(), "two_sided": two_sided })
-        }
+/// Hash of a picture's pixels, which decide more than its file's name.
+fn picture_hash(picture: &Picture) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for side in picture.size {
+        hasher.update(&side.to_le_bytes());
     }
+    for channel in picture.pixels.as_flattened() {
+        hasher.update(&channel.to_le_bytes());
+    }
+    hasher.finalize().to_hex()[..32].to_owned()
 }
 
 fn light_json(light: &Light) -> serde_json::Value {

@@ -7,7 +7,7 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::mesh::{FaultKind, MeshNotes, MeshTolerances, ObjError, PolygonSet, load_obj, prepare_polygons};
 use crate::patch::{BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, deform_polygons};
-use crate::shade::{CameraSettings, FovAxis, LightSet, Material};
+use crate::shade::{CameraSettings, FovAxis, LightSet, Material, MaterialError, PreparedMaterial};
 use crate::spline::{ControlLattice, SplineVolume};
 use crate::trace::{TracedObject, TracedScene};
 
@@ -28,7 +28,7 @@ pub struct BuiltScene {
     /// What is known of each object besides its patches.
     pub objects: Vec<BuiltObject>,
     /// The material of each object.
-    pub materials: Vec<Material>,
+    pub materials: Vec<PreparedMaterial>,
     /// The lights.
     pub lights: LightSet,
     /// The camera; framed around the objects if the scene names none.
@@ -82,6 +82,7 @@ impl SceneDescription {
                 Err(mut faults) => diagnostics.append(&mut faults),
             }
         }
+        let materials = self.prepare_materials(&mut diagnostics);
         let lights = LightSet::try_new(&self.lights_or_default());
         let lights = match lights {
             Ok(lights) if diagnostics.is_empty() => lights,
@@ -99,8 +100,33 @@ impl SceneDescription {
         let traced = TracedScene::new(traced);
         times.build = started.elapsed();
         let camera = self.camera.unwrap_or_else(|| framing_camera(&traced));
-        let materials = self.objects.iter().map(|object| self.material_of(object)).collect();
         Ok(BuiltScene { traced, objects, materials, lights, camera, times })
+    }
+
+    /// The material of each object; pictures are read once for each material that the scene lists.
+    fn prepare_materials(&self, diagnostics: &mut Vec<Diagnostic>) -> Vec<PreparedMaterial> {
+        let prepared: Vec<Result<PreparedMaterial, MaterialError>> =
+            self.materials.par_iter().map(|named| PreparedMaterial::try_new(&named.material)).collect();
+        let mut materials = Vec::new();
+        for (named, prepared) in self.materials.iter().zip(prepared) {
+            match prepared {
+                Ok(prepared) => materials.push(prepared),
+                Err(error) => diagnostics.push(Diagnostic {
+                    file: self.path.clone(),
+                    location: Some(named.name.location),
+                    message: format!("material {:?}: {error}", named.name.value),
+                }),
+            }
+        }
+        if materials.len() < self.materials.len() {
+            return Vec::new();
+        }
+        let default = PreparedMaterial::try_new(&Material::default());
+        let of_object = |object: &ObjectDescription| match object.material {
+            Some(index) => materials.get(index).cloned(),
+            None => default.as_ref().ok().cloned(),
+        };
+        self.objects.iter().filter_map(of_object).collect()
     }
 }
 
@@ -124,6 +150,7 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
         let message = format!("mesh {}: no face has an area", object.mesh.value.display());
         return Err(fault(object.mesh.location, message));
     };
+    check_uvs(scene, object, &polygons).map_err(|message| fault(object.name.location, message))?;
     let load = started.elapsed();
     let ffd = object.deform.first();
     let volume = ffd.map(|ffd| deformed_volume(&scene.path, ffd, bounds)).transpose()?;
@@ -137,6 +164,28 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
     let traced =
         TracedObject { name: object.name.value.clone(), patches, uvs: Box::new(PolygonUvs(polygons)) };
     Ok(MadeObject { traced, built: BuiltObject { notes, volume, subpolygons }, load, times })
+}
+
+/// A textured material needs texture coordinates on every face.
+fn check_uvs(
+    scene: &SceneDescription,
+    object: &ObjectDescription,
+    polygons: &PolygonSet,
+) -> Result<(), String> {
+    let material = object.material.map(|index| &scene.materials[index]);
+    let Some(material) = material.filter(|named| named.material.is_textured()) else {
+        return Ok(());
+    };
+    match polygons.iter().find(|polygon| polygon.uvs.is_empty()) {
+        None => Ok(()),
+        Some(bare) => Err(format!(
+            "object {:?}: its material {:?} has a texture, but face {} of mesh {} has no texture coordinates",
+            object.name.value,
+            material.name.value,
+            bare.face,
+            object.mesh.value.display()
+        )),
+    }
 }
 
 /// The faults of an OBJ file at their own places; other errors where the scene names the file.

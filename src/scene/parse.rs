@@ -3,10 +3,12 @@
 mod camera;
 mod ffd;
 mod film;
+mod material;
 mod object;
 mod shading;
 #[cfg(test)]
 mod tests;
+mod texture;
 
 use std::path::Path;
 
@@ -135,7 +137,7 @@ fn read_scene(mut root: Table<'_>, path: &Path) -> Option<SceneDescription> {
     let film = root.table("film", "[film]").map(film::read_film);
     let render = root.table("render", "[render]").map(film::read_render);
     let materials = root.tables("material", "[[material]]").unwrap_or_default();
-    let materials = shading::read_materials(materials);
+    let materials = material::read_materials(materials);
     let lights = root.tables("light", "[[light]]").map(shading::read_lights);
     let objects = root.tables("object", "[[object]]").unwrap_or_default();
     if root.lacks("object") {

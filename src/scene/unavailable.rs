@@ -26,18 +26,6 @@ const KEYS: &[LaterKey] = &[
 /// Names that this version refuses, by what they choose.
 const NAMES: &[(&str, &[&str])] = &[
     ("filter", &["tent", "gaussian", "mitchell", "catmullrom", "lanczos"]),
-    (
-        "material type",
-        &[
-            "conductor",
-            "roughconductor",
-            "dielectric",
-            "roughdielectric",
-            "plastic",
-            "roughplastic",
-            "principled",
-        ],
-    ),
     ("light type", &["envmap", "directional", "spot"]),
     ("light shape", &["sphere", "disk"]),
     ("deform type", &["extension"]),
@@ -45,7 +33,7 @@ const NAMES: &[(&str, &[&str])] = &[
     ("normals", &["vertex"]),
 ];
 
-/// Kinds of textured colour that this version refuses, written `{ kind = … }`.
+/// Kinds of textured colour that this version refuses for lights, written `{ kind = … }`.
 pub(super) const TEXTURES: &[&str] = &["texture", "checkerboard"];
 
 /// Largest `aperture_radius`: above 0 is a thin lens.

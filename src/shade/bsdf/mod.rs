@@ -179,6 +179,15 @@ impl<'a> Bsdf<'a> {
         Some(sample)
     }
 
+    /// BSDF for light along the normal, of a two-sided material on the viewer's side.
+    pub(super) fn under_normal_light(&self, to_viewer: DVec3) -> DVec3 {
+        let mut viewer = self.local(to_viewer);
+        if self.two_sided {
+            viewer.z = viewer.z.abs();
+        }
+        self.model.eval(viewer, DVec3::Z).value
+    }
+
     /// Whether it has more than delta distributions, so that lights can be seen in it by chance.
     pub fn has_smooth_part(&self) -> bool {
         self.model.has_smooth_part()

@@ -37,7 +37,8 @@ impl Coat {
     fn specular_probability(&self, reflected: f64) -> f64 {
         let specular = reflected * self.specular_weight;
         let diffuse = (1.0 - reflected) * (1.0 - self.specular_weight);
-        specular / (specular + diffuse)
+        // where neither reflects it does not matter
+        if specular > 0.0 { specular / (specular + diffuse) } else { 0.0 }
     }
 }
 
