@@ -2,6 +2,8 @@
 
 mod export;
 mod info;
+mod material_json;
+mod picture_settings;
 mod progress;
 mod render;
 mod statistics;

@@ -5,15 +5,14 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
-use glam::{DAffine3, DVec3};
-use serde_json::json;
 
-use crate::film::{Aov, ExrHeader, FilmSettings, Picture, write_exr, write_png};
+use crate::film::{FilmSettings, write_exr, write_png};
 use crate::output::check_writable;
 use crate::render::{Checkpoint, CheckpointFile, RenderControl, RenderError, Rendered, TevPreview, render};
 use crate::scene::{BuiltScene, Choice, SceneDescription, parse_crop, parse_size, validate_film};
-use crate::shade::{Camera, IntegratorKind, Light, Material, Projection, ShadingScene};
+use crate::shade::{IntegratorKind, ShadingScene};
 
+use super::picture_settings::{header, scene_hash, settings_json};
 use super::progress::progress_bar;
 use super::statistics::{Acceleration, print_render};
 use super::{CliError, INTERRUPTED, SceneArgs, checked_camera};
@@ -221,111 +220,4 @@ impl RenderArgs {
         };
         Ok((path, format))
     }
-}
-
-fn header(scene: &SceneDescription, built: &BuiltScene, camera: &Camera) -> Result<ExrHeader, CliError> {
-    let settings = settings_json(scene, built);
-    Ok(ExrHeader {
-        camera_from_world: camera.camera_from_world(),
-        screen_window_width: camera.screen_window_width(),
-        scene_hash: scene_hash(scene, built).context("the scene's hash")?,
-        seed: scene.render.seed,
-        spp: scene.render.spp,
-        settings: settings.to_string(),
-    })
-}
-
-/// All that decides the pixels besides geometry, which the hash stands for.
-fn settings_json(scene: &SceneDescription, built: &BuiltScene) -> serde_json::Value {
-    let (camera, film, render) = (&built.camera, &scene.film, &scene.render);
-    json!({
-        "camera": {
-            "origin": camera.origin.to_array(), "target": camera.target.to_array(), "up": camera.up.to_array(),
-            "projection": projection_json(&camera.projection),
-        },
-        "film": { "size": film.size, "filter": film.filter.name(), "crop": film.crop },
-        "render": {
-            "integrator": render.integrator.name(), "sampler": render.sampler.name(), "spp": render.spp, "max_depth": render.max_depth,
-            "rr_depth": render.rr_depth, "seed": render.seed, "hide_emitters": render.hide_emitters,
-            "aovs": render.aovs.iter().map(|aov: &Aov| aov.name()).collect::<Vec<_>>(),
-        },
-        "materials": built.materials.iter().map(material_json).collect::<Vec<_>>(),
-        "lights": built.light_settings.iter().map(|light| light_json(light, built)).collect::<Vec<_>>(),
-    })
-}
-
-fn projection_json(projection: &Projection) -> serde_json::Value {
-    match projection {
-        Projection::Perspective { fov, fov_axis, lens } => json!({
-            "type": if lens.is_some() { "thinlens" } else { "perspective" },
-            "fov": fov, "fov_axis": fov_axis.name(),
-            "aperture_radius": lens.map(|lens| lens.aperture_radius),
-            "focus_distance": lens.map(|lens| lens.focus_distance),
-        }),
-        Projection::Orthographic { width } => json!({ "type": "orthographic", "width": width }),
-    }
-}
-
-fn material_json(material: &Material) -> serde_json::Value {
-    match material {
-        Material::Diffuse { reflectance, two_sided } => {
-            json!({ "type": "diffuse", "reflectance": reflectance.to_array(), "two_sided": two_sided })
-        }
-    }
-}
-
-fn light_json(light: &Light, built: &BuiltScene) -> serde_json::Value {
-    let area = |shape: &str, to_world: &DAffine3, radiance: &DVec3| {
-        json!({
-            "type": "area", "shape": shape, "radiance": radiance.to_array(), "to_world": to_world.to_cols_array(),
-        })
-    };
-    match light {
-        Light::Constant { radiance } => json!({ "type": "constant", "radiance": radiance.to_array() }),
-        Light::Point { position, intensity } => {
-            json!({ "type": "point", "position": position.to_array(), "intensity": intensity.to_array() })
-        }
-        Light::Envmap { picture, scale, to_world } => json!({
-            "type": "envmap", "size": picture.size, "pixels": picture_hash(picture), "scale": scale,
-            "to_world": to_world.to_cols_array(),
-        }),
-        Light::Directional { direction, irradiance } => json!({
-            "type": "directional", "direction": direction.to_array(), "irradiance": irradiance.to_array(),
-        }),
-        Light::Spot { to_world, intensity, cutoff_angle, beam_width } => json!({
-            "type": "spot", "to_world": to_world.to_cols_array(), "intensity": intensity.to_array(),
-            "cutoff_angle": cutoff_angle, "beam_width": beam_width,
-        }),
-        Light::Rectangle { to_world, radiance } => area("rectangle", to_world, radiance),
-        Light::Disk { to_world, radiance } => area("disk", to_world, radiance),
-        Light::Sphere { to_world, radiance } => area("sphere", to_world, radiance),
-        Light::Object { object, radiance } => json!({
-            "type": "area", "shape": "object", "object": built.traced.objects()[*object].name,
-            "radiance": radiance.to_array(),
-        }),
-    }
-}
-
-/// Hash of a picture's pixels, row by row, red, green, blue, each as a 32-bit float of little endian.
-fn picture_hash(picture: &Picture) -> String {
-    let mut hasher = blake3::Hasher::new();
-    for row in picture.pixels.chunks(picture.size[0] as usize) {
-        let bytes: Vec<u8> = row.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
-        hasher.update(&bytes);
-    }
-    hasher.finalize().to_hex()[..32].to_owned()
-}
-
-/// Hash of what the scene shows: its patches, materials, lights, camera and picture size; not of seed or samples.
-fn scene_hash(scene: &SceneDescription, built: &BuiltScene) -> std::io::Result<String> {
-    let mut settings = settings_json(scene, built);
-    settings["render"] = serde_json::Value::Null;
-    settings["film"]["crop"] = serde_json::Value::Null;
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(settings.to_string().as_bytes());
-    hasher.update(&crate::export::exact_patches(built)?);
-    for object in &built.objects {
-        hasher.update(&object.attributes_hash);
-    }
-    Ok(hasher.finalize().to_hex()[..32].to_owned())
 }

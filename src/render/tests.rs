@@ -9,7 +9,8 @@ use super::*;
 use crate::film::{Aov, Filter};
 use crate::shade::testing::{Shape, Shapes};
 use crate::shade::{
-    CameraSettings, FovAxis, IntegratorKind, Light, LightSet, Material, Projection, SamplerKind,
+    CameraSettings, FovAxis, IntegratorKind, Light, LightSet, Material, PreparedMaterial, Projection,
+    SamplerKind,
 };
 use crate::trace::{Ray, SurfaceInteraction};
 
@@ -59,7 +60,8 @@ impl Setup {
 
     fn render_geometry<G: Geometry>(&self, geometry: &G, threads: usize) -> (Image, RenderStatistics) {
         let lights = LightSet::try_new(&self.lights, &[]).unwrap();
-        let scene = ShadingScene { geometry, object_materials: &self.materials, lights: &lights };
+        let materials = prepared(&self.materials);
+        let scene = ShadingScene { geometry, object_materials: &materials, lights: &lights };
         let camera = Camera::try_new(&self.camera, self.film.size).unwrap();
         let cancel = AtomicBool::new(false);
         let control = RenderControl { threads, ..RenderControl::new(&cancel) };
@@ -81,8 +83,12 @@ impl Setup {
     }
 }
 
+fn prepared(materials: &[Material]) -> Vec<PreparedMaterial> {
+    materials.iter().map(|material| PreparedMaterial::try_new(material).unwrap()).collect()
+}
+
 fn grey(reflectance: f64) -> Material {
-    Material::Diffuse { reflectance: DVec3::splat(reflectance), two_sided: true }
+    Material::Diffuse { reflectance: reflectance.into(), two_sided: true }
 }
 
 fn sky(radiance: f64) -> Light {
@@ -205,7 +211,7 @@ fn all_lights() -> Setup {
         sky(0.3),
     ];
     let mut setup = Setup::new(vec![Shape::floor(-1.0), SPHERE], 0.5, lights);
-    setup.materials[0] = Material::Diffuse { reflectance: DVec3::new(0.8, 0.6, 0.4), two_sided: true };
+    setup.materials[0] = Material::Diffuse { reflectance: DVec3::new(0.8, 0.6, 0.4).into(), two_sided: true };
     setup
 }
 
@@ -421,7 +427,8 @@ fn renders_can_be_watched_and_stopped() {
     setup.settings.spp = 1;
     let geometry = Shapes(setup.shapes.clone());
     let lights = LightSet::try_new(&setup.lights, &[]).unwrap();
-    let scene = ShadingScene { geometry: &geometry, object_materials: &setup.materials, lights: &lights };
+    let materials = prepared(&setup.materials);
+    let scene = ShadingScene { geometry: &geometry, object_materials: &materials, lights: &lights };
     let camera = Camera::try_new(&setup.camera, setup.film.size).unwrap();
     let run = |stop_at: u64| {
         let cancel = AtomicBool::new(false);
@@ -545,7 +552,7 @@ fn interrupted_renders_go_on_to_the_same_picture() {
         };
         let geometry = Shapes(setup.shapes.clone());
         let lights = LightSet::try_new(&setup.lights, &[]).unwrap();
-        let materials = setup.materials.clone();
+        let materials = prepared(&setup.materials);
         let scene = ShadingScene { geometry: &geometry, object_materials: &materials, lights: &lights };
         let camera = Camera::try_new(&setup.camera, setup.film.size).unwrap();
         // stopped again and again, each time a bit later
@@ -603,7 +610,8 @@ fn a_deadline_ends_with_the_samples_there_are() {
     let setup = filtered(Filter::Box);
     let geometry = Shapes(setup.shapes.clone());
     let lights = LightSet::try_new(&setup.lights, &[]).unwrap();
-    let scene = ShadingScene { geometry: &geometry, object_materials: &setup.materials, lights: &lights };
+    let materials = prepared(&setup.materials);
+    let scene = ShadingScene { geometry: &geometry, object_materials: &materials, lights: &lights };
     let camera = Camera::try_new(&setup.camera, setup.film.size).unwrap();
     let cancel = AtomicBool::new(false);
     let deadline = Some(Instant::now());

@@ -10,7 +10,9 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use crate::film::{Picture, read_picture};
 use crate::mesh::{FaultKind, MeshNotes, MeshTolerances, ObjError, PolygonSet, load_obj, prepare_polygons};
 use crate::patch::{BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, deform_polygons};
-use crate::shade::{CameraSettings, FovAxis, Light, LightSet, Material, Projection};
+use crate::shade::{
+    CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
+};
 use crate::spline::{ControlLattice, SplineVolume};
 use crate::trace::{TracedObject, TracedScene};
 
@@ -33,7 +35,7 @@ pub struct BuiltScene {
     /// What is known of each object besides its patches.
     pub objects: Vec<BuiltObject>,
     /// The material of each object.
-    pub materials: Vec<Material>,
+    pub materials: Vec<PreparedMaterial>,
     /// The lights.
     pub lights: LightSet,
     /// What the lights are made of, in the scene file's order.
@@ -91,6 +93,7 @@ impl SceneDescription {
                 Err(mut faults) => diagnostics.append(&mut faults),
             }
         }
+        let materials = self.prepare_materials(&mut diagnostics);
         let light_settings = read_lights(self, &mut diagnostics);
         if !diagnostics.is_empty() {
             return Err(SceneError { diagnostics });
@@ -103,8 +106,33 @@ impl SceneDescription {
         let traced = TracedScene::new(traced);
         times.build = started.elapsed();
         let camera = self.camera.unwrap_or_else(|| framing_camera(&traced));
-        let materials = self.objects.iter().map(|object| self.material_of(object)).collect();
         Ok(BuiltScene { traced, objects, materials, lights, light_settings, camera, times })
+    }
+
+    /// The material of each object; pictures are read once for each material that the scene lists.
+    fn prepare_materials(&self, diagnostics: &mut Vec<Diagnostic>) -> Vec<PreparedMaterial> {
+        let prepared: Vec<Result<PreparedMaterial, MaterialError>> =
+            self.materials.par_iter().map(|named| PreparedMaterial::try_new(&named.material)).collect();
+        let mut materials = Vec::new();
+        for (named, prepared) in self.materials.iter().zip(prepared) {
+            match prepared {
+                Ok(prepared) => materials.push(prepared),
+                Err(error) => diagnostics.push(Diagnostic {
+                    file: self.path.clone(),
+                    location: Some(named.name.location),
+                    message: format!("material {:?}: {error}", named.name.value),
+                }),
+            }
+        }
+        if materials.len() < self.materials.len() {
+            return Vec::new();
+        }
+        let default = PreparedMaterial::try_new(&Material::default());
+        let of_object = |object: &ObjectDescription| match object.material {
+            Some(index) => materials.get(index).cloned(),
+            None => default.as_ref().ok().cloned(),
+        };
+        self.objects.iter().filter_map(of_object).collect()
     }
 }
 
@@ -160,6 +188,7 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
         let message = format!("mesh {}: no face has an area", object.mesh.value.display());
         return Err(fault(object.mesh.location, message));
     };
+    check_uvs(scene, object, &polygons).map_err(|message| fault(object.name.location, message))?;
     if object.vertex_normals && !mesh.has_normals() {
         let message = format!(
             "mesh {}: has no normals (vn), which normals = \"vertex\" needs; normals = \"face\" needs none",
@@ -187,6 +216,28 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
     let attributes_hash = *hasher.finalize().as_bytes();
     let traced = TracedObject { name: object.name.value.clone(), patches, attributes };
     Ok(MadeObject { traced, built: BuiltObject { notes, volume, subpolygons, attributes_hash }, load, times })
+}
+
+/// A textured material needs texture coordinates on every face.
+fn check_uvs(
+    scene: &SceneDescription,
+    object: &ObjectDescription,
+    polygons: &PolygonSet,
+) -> Result<(), String> {
+    let material = object.material.map(|index| &scene.materials[index]);
+    let Some(material) = material.filter(|named| named.material.is_textured()) else {
+        return Ok(());
+    };
+    match polygons.iter().find(|polygon| polygon.uvs.is_empty()) {
+        None => Ok(()),
+        Some(bare) => Err(format!(
+            "object {:?}: its material {:?} has a texture, but face {} of mesh {} has no texture coordinates",
+            object.name.value,
+            material.name.value,
+            bare.face,
+            object.mesh.value.display()
+        )),
+    }
 }
 
 /// The faults of an OBJ file at their own places; other errors where the scene names the file.

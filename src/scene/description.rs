@@ -45,7 +45,7 @@ impl SceneDescription {
     /// If `object` belongs to another scene with more materials.
     #[must_use]
     pub fn material_of(&self, object: &ObjectDescription) -> Material {
-        object.material.map(|index| self.materials[index].material).unwrap_or_default()
+        object.material.map(|index| self.materials[index].material.clone()).unwrap_or_default()
     }
 }
 

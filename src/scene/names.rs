@@ -3,7 +3,9 @@
 use super::description::Outside;
 use super::unavailable;
 use crate::film::{Aov, Filter};
-use crate::shade::{FovAxis, IntegratorKind, SamplerKind};
+use crate::shade::{
+    FovAxis, IntegratorKind, MicrofacetDistribution, SamplerKind, TextureFilter, TextureWrap,
+};
 use crate::spline::Axis;
 use crate::subdivide::FrameChoice;
 
@@ -142,6 +144,43 @@ impl Choice for Filter {
     }
 }
 
+impl Choice for MicrofacetDistribution {
+    const WHAT: &'static str = "distribution";
+    const ALL: &'static [Self] = &[Self::Beckmann, Self::Ggx];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Beckmann => "beckmann",
+            Self::Ggx => "ggx",
+        }
+    }
+}
+
+impl Choice for TextureFilter {
+    const WHAT: &'static str = "texture filter";
+    const ALL: &'static [Self] = &[Self::Bilinear, Self::Nearest];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Bilinear => "bilinear",
+            Self::Nearest => "nearest",
+        }
+    }
+}
+
+impl Choice for TextureWrap {
+    const WHAT: &'static str = "wrap";
+    const ALL: &'static [Self] = &[Self::Repeat, Self::Mirror, Self::Clamp];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Repeat => "repeat",
+            Self::Mirror => "mirror",
+            Self::Clamp => "clamp",
+        }
+    }
+}
+
 impl Choice for Aov {
     const WHAT: &'static str = "aov";
     const ALL: &'static [Self] = &Self::ALL;
@@ -205,6 +244,9 @@ mod tests {
         round_trip::<FovAxis>();
         round_trip::<Filter>();
         round_trip::<Aov>();
+        round_trip::<MicrofacetDistribution>();
+        round_trip::<TextureFilter>();
+        round_trip::<TextureWrap>();
         round_trip::<Axis>();
         round_trip::<Outside>();
         round_trip::<FrameChoice>();

@@ -4,10 +4,12 @@ mod camera;
 mod ffd;
 mod film;
 mod light;
+mod material;
+mod names;
 mod object;
-mod shading;
 #[cfg(test)]
 mod tests;
+mod texture;
 
 use std::path::Path;
 
@@ -136,7 +138,7 @@ fn read_scene(mut root: Table<'_>, path: &Path) -> Option<SceneDescription> {
     let film = root.table("film", "[film]").map(film::read_film);
     let render = root.table("render", "[render]").map(film::read_render);
     let materials = root.tables("material", "[[material]]").unwrap_or_default();
-    let materials = shading::read_materials(materials);
+    let materials = material::read_materials(materials);
     let objects = root.tables("object", "[[object]]").unwrap_or_default();
     let object_names = object::names(&objects);
     let lights = root.tables("light", "[[light]]").map(|tables| light::read_all(tables, &object_names));

@@ -24,24 +24,9 @@ const KEYS: &[LaterKey] = &[
 ];
 
 /// Names that this version refuses, by what they choose.
-const NAMES: &[(&str, &[&str])] = &[
-    (
-        "material type",
-        &[
-            "conductor",
-            "roughconductor",
-            "dielectric",
-            "roughdielectric",
-            "plastic",
-            "roughplastic",
-            "principled",
-        ],
-    ),
-    ("deform type", &["extension"]),
-    ("method", &["pointwise", "adaptive"]),
-];
+const NAMES: &[(&str, &[&str])] = &[("deform type", &["extension"]), ("method", &["pointwise", "adaptive"])];
 
-/// Kinds of textured colour that this version refuses, written `{ kind = … }`.
+/// Kinds of textured colour that this version refuses for lights, written `{ kind = … }`.
 pub(super) const TEXTURES: &[&str] = &["texture", "checkerboard"];
 
 /// Most deformations on one object.

@@ -301,7 +301,7 @@ fn first_hit<G: Geometry>(scene: &ShadingScene<'_, G>, ray: &Ray, hit: &SceneHit
             st: surface.st,
             rest: surface.rest,
             ids: Some(SurfaceIds { object: surface.object, face: surface.face, patch: surface.patch }),
-            albedo: scene.material(surface).albedo(surface),
+            albedo: scene.material(surface).albedo(surface, -ray.direction),
         },
         SceneHit::Light(light) => FirstHit {
             depth: light.hit.t * per_t,

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::light::{LightHit, LightSample, LightSet};
-use super::material::Material;
+use super::prepared_material::PreparedMaterial;
 use super::spawn::{BOUNDS_AWAY, spawn_shadow_ray};
 use super::statistics::RenderStatistics;
 use crate::trace::{Geometry, Ray, SurfaceInteraction};
@@ -14,7 +14,7 @@ pub struct ShadingScene<'a, G> {
     /// The surfaces.
     pub geometry: &'a G,
     /// The material of each object, by the object's index.
-    pub object_materials: &'a [Material],
+    pub object_materials: &'a [PreparedMaterial],
     /// The lights.
     pub lights: &'a LightSet,
 }
@@ -91,7 +91,7 @@ impl<G: Geometry> ShadingScene<'_, G> {
     ///
     /// # Panics
     /// If the object has no material: `object_materials` must have one for each object.
-    pub fn material(&self, hit: &SurfaceInteraction) -> &Material {
+    pub fn material(&self, hit: &SurfaceInteraction) -> &PreparedMaterial {
         &self.object_materials[hit.object as usize]
     }
 }

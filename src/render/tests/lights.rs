@@ -6,6 +6,7 @@ use glam::DMat3;
 
 use super::*;
 use crate::film::Picture;
+use crate::shade::TextureSource;
 use crate::subdivide::FrameChoice;
 use crate::test_support::{cube_triangles, deform};
 use crate::trace::{NoAttributes, TracedObject, TracedScene};
@@ -124,7 +125,8 @@ fn shining_cube(setup: &Setup) -> Image {
     let objects = vec![object("floor", &floor), object("cube", &cube_triangles())];
     let lights = LightSet::try_new(&setup.lights, &objects).unwrap();
     let geometry = TracedScene::new(objects);
-    let scene = ShadingScene { geometry: &geometry, object_materials: &setup.materials, lights: &lights };
+    let scene =
+        ShadingScene { geometry: &geometry, object_materials: &prepared(&setup.materials), lights: &lights };
     let camera = Camera::try_new(&setup.camera, setup.film.size).unwrap();
     let cancel = AtomicBool::new(false);
     let control = RenderControl { threads: 1, ..RenderControl::new(&cancel) };
@@ -134,7 +136,8 @@ fn shining_cube(setup: &Setup) -> Image {
 fn cube_setup() -> Setup {
     let lights = vec![Light::Object { object: 1, radiance: DVec3::new(3.0, 2.0, 1.0) }, sky(0.3)];
     let mut setup = Setup::new(vec![Shape::floor(-0.5), SPHERE], 0.5, lights);
-    setup.materials[0] = Material::Diffuse { reflectance: DVec3::new(0.8, 0.6, 0.4), two_sided: true };
+    setup.materials[0] =
+        Material::Diffuse { reflectance: TextureSource::Uniform(DVec3::new(0.8, 0.6, 0.4)), two_sided: true };
     setup
 }
 

@@ -1,7 +1,8 @@
 //! `[[object]]`.
 
 use super::ffd;
-use super::shading::{Materials, Names};
+use super::material::Materials;
+use super::names::Names;
 use crate::scene::description::{Method, ObjectDescription};
 use crate::scene::names::{did_you_mean, quoted};
 use crate::scene::reader::{Table, Value};

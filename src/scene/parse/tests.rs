@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::*;
@@ -8,6 +8,10 @@ use crate::film::{Aov, FilmSettings, Filter};
 use crate::scene::{
     Edit, FfdDescription, LightDescription, Located, Location, Method, MoveTo, NamedMaterial,
     ObjectDescription, Outside,
+};
+use crate::shade::{
+    BitmapSource, Checkerboard, CoatSource, GlassSource, MetalSource, MicrofacetDistribution,
+    PrincipledInterface, PrincipledSource, Roughness, TextureFilter, TextureSource, TextureWrap,
 };
 use crate::shade::{
     CameraSettings, FovAxis, IntegratorKind, Light, Material, Projection, RenderSettings, SamplerKind,
@@ -198,7 +202,7 @@ fn a_full_scene_gives_its_values() {
     );
     let diffuse = |name: &str, line, reflectance, two_sided| NamedMaterial {
         name: located(name.to_owned(), line, 8),
-        material: Material::Diffuse { reflectance, two_sided },
+        material: Material::Diffuse { reflectance: TextureSource::from(reflectance), two_sided },
     };
     assert_eq!(
         scene.materials,
@@ -231,6 +235,181 @@ fn a_full_scene_gives_its_values() {
         Material::default(),
         "an object without material has the default"
     );
+}
+
+/// The materials of a scene of these tables, without their names.
+fn materials(tables: &[&str]) -> Vec<Material> {
+    let numbered = tables.iter().enumerate();
+    let text: String =
+        numbered.map(|(i, table)| format!("[[material]]\nname = \"{i}\"\n{table}\n")).collect();
+    let scene = parse(&(text + "[[object]]\nname = \"a\"\nmesh = \"a.obj\"\n")).unwrap();
+    scene.materials.into_iter().map(|named| named.material).collect()
+}
+
+#[test]
+fn materials_have_the_defaults_of_mitsuba() {
+    let types = [
+        "diffuse",
+        "conductor",
+        "roughconductor",
+        "dielectric",
+        "roughdielectric",
+        "plastic",
+        "roughplastic",
+        "principled",
+    ];
+    let tables = types.map(|kind| format!("type = \"{kind}\""));
+    let (metal, roughness, glass, coat) =
+        (MetalSource::default(), Roughness::default(), GlassSource::default(), CoatSource::default());
+    assert_eq!((glass.int_ior, glass.ext_ior, coat.int_ior), (1.5046, 1.000277, 1.49));
+    assert_eq!(
+        materials(&tables.each_ref().map(String::as_str)),
+        [
+            Material::default(),
+            Material::Conductor { metal: metal.clone(), two_sided: true },
+            Material::RoughConductor { metal, roughness: roughness.clone(), two_sided: true },
+            Material::Dielectric { glass: glass.clone() },
+            Material::RoughDielectric { glass, roughness },
+            Material::Plastic { coat: coat.clone(), two_sided: true },
+            Material::RoughPlastic {
+                coat,
+                distribution: MicrofacetDistribution::Beckmann,
+                alpha: 0.1,
+                two_sided: true
+            },
+            Material::Principled(Box::default()),
+        ]
+    );
+}
+
+#[test]
+fn materials_give_their_values() {
+    let read = materials(&[
+        "type = \"roughconductor\"\nmaterial = \"Au\"\ndistribution = \"ggx\"\nalpha_u = 0.2\nalpha_v = 0.3\n\
+         specular_reflectance = 0.9\ntwo_sided = false",
+        "type = \"conductor\"\neta = [1, 2, 3]\nk = 4",
+        "type = \"roughdielectric\"\nint_ior = \"Diamond\"\next_ior = 1.2\nalpha = 0.4\n\
+         specular_reflectance = 0.5\nspecular_transmittance = [1, 0, 0.5]",
+        "type = \"roughplastic\"\nint_ior = 1.6\next_ior = \"water\"\ndiffuse_reflectance = 0.1\n\
+         specular_reflectance = 0.2\nnonlinear = true\ndistribution = \"ggx\"\nalpha = 0.3\ntwo_sided = false",
+        "type = \"principled\"\nspec_trans = 0.5\neta = 1.3",
+    ]);
+    let gold = MetalSource::named("Au").unwrap();
+    let roughness =
+        |u: f64, v: f64, distribution| Roughness { distribution, alpha_u: u.into(), alpha_v: v.into() };
+    let (ggx, beckmann) = (MicrofacetDistribution::Ggx, MicrofacetDistribution::Beckmann);
+    let want = [
+        Material::RoughConductor {
+            metal: MetalSource { specular_reflectance: 0.9.into(), ..gold },
+            roughness: roughness(0.2, 0.3, ggx),
+            two_sided: false,
+        },
+        Material::Conductor {
+            metal: MetalSource {
+                eta: DVec3::new(1.0, 2.0, 3.0),
+                k: DVec3::splat(4.0),
+                ..MetalSource::default()
+            },
+            two_sided: true,
+        },
+        Material::RoughDielectric {
+            glass: GlassSource {
+                int_ior: 2.419,
+                ext_ior: 1.2,
+                specular_reflectance: 0.5.into(),
+                specular_transmittance: DVec3::new(1.0, 0.0, 0.5).into(),
+            },
+            roughness: roughness(0.4, 0.4, beckmann),
+        },
+        Material::RoughPlastic {
+            coat: CoatSource {
+                int_ior: 1.6,
+                ext_ior: 1.333,
+                diffuse_reflectance: 0.1.into(),
+                specular_reflectance: 0.2.into(),
+                nonlinear: true,
+            },
+            distribution: ggx,
+            alpha: 0.3,
+            two_sided: false,
+        },
+        Material::Principled(Box::new(PrincipledSource {
+            spec_trans: 0.5.into(),
+            interface: PrincipledInterface::Eta(1.3),
+            two_sided: false,
+            ..PrincipledSource::default()
+        })),
+    ];
+    assert_eq!(read, want);
+}
+
+#[test]
+fn each_principled_parameter_is_read() {
+    let keys = [
+        "base_color",
+        "roughness",
+        "anisotropic",
+        "metallic",
+        "spec_trans",
+        "spec_tint",
+        "sheen",
+        "sheen_tint",
+        "flatness",
+        "clearcoat",
+        "clearcoat_gloss",
+    ];
+    let table = keys.iter().enumerate().map(|(i, key)| format!("{key} = 0.{i:02}1\n")).collect::<String>();
+    let [material] = &materials(&[&format!("type = \"principled\"\nspecular = 0.9\n{table}")])[..] else {
+        panic!("one material");
+    };
+    let want: Vec<_> = (0..keys.len()).map(|i| TextureSource::from(i as f64 / 100.0 + 0.001)).collect();
+    let off = |(got, want): (&TextureSource, &TextureSource)| match (got, want) {
+        (TextureSource::Uniform(got), TextureSource::Uniform(want)) => (*got - *want).length(),
+        _ => f64::INFINITY,
+    };
+    let worst = material.textures().into_iter().zip(&want).map(off).fold(0.0, f64::max);
+    assert!(worst < 1e-15, "{material:?}");
+}
+
+#[test]
+fn textures_give_their_values() {
+    let read = materials(&[
+        "type = \"diffuse\"\nreflectance = { texture = \"a.png\", filter = \"nearest\", wrap = \"mirror\", \
+         raw = true, to_uv = [ { scale = [2, 3] }, { rotate = 90 }, { translate = [1, 0.5] }, { scale = 2 } ] }",
+        "type = \"diffuse\"\nreflectance = { texture = \"/b.exr\" }",
+        "type = \"diffuse\"\nreflectance = { checkerboard = {} }",
+        "type = \"principled\"\nroughness = { checkerboard = { color0 = 0.1, color1 = [1, 0, 0], \
+         to_uv = [ { scale = 4 } ] } }",
+    ]);
+    let diffuse = |reflectance: TextureSource| Material::Diffuse { reflectance, two_sided: true };
+    // (u, v) -> (2u, 3v) -> (-3v, 2u) -> (1 - 3v, 0.5 + 2u) -> (2 - 6v, 1 + 4u)
+    let to_uv = DAffine2::from_cols(DVec2::new(0.0, 4.0), DVec2::new(-6.0, 0.0), DVec2::new(2.0, 1.0));
+    let board = Checkerboard {
+        colours: [DVec3::splat(0.1), DVec3::X],
+        to_uv: DAffine2::from_scale(DVec2::splat(4.0)),
+    };
+    let want = [
+        diffuse(TextureSource::Bitmap(BitmapSource {
+            path: "scenes/a.png".into(),
+            filter: TextureFilter::Nearest,
+            wrap: TextureWrap::Mirror,
+            raw: true,
+            to_uv,
+        })),
+        diffuse(TextureSource::Bitmap(BitmapSource {
+            path: "/b.exr".into(),
+            filter: TextureFilter::Bilinear,
+            wrap: TextureWrap::Repeat,
+            raw: false,
+            to_uv: DAffine2::IDENTITY,
+        })),
+        diffuse(TextureSource::Checkerboard(Checkerboard::default())),
+        Material::Principled(Box::new(PrincipledSource {
+            roughness: TextureSource::Checkerboard(board),
+            ..PrincipledSource::default()
+        })),
+    ];
+    assert_eq!(read, want);
 }
 
 #[test]

@@ -3,13 +3,33 @@
 //! Directions point away from the surface and have length 1. Within the models they are in the shading frame, whose z axis is
 //! the shading normal.
 
+mod conductor;
+mod dielectric;
 mod diffuse;
+mod fresnel;
+mod metals;
+mod microfacet;
+mod plastic;
+mod principled;
+mod quadrature;
+mod refractive_index;
+#[cfg(test)]
+mod tests;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::trace::SurfaceInteraction;
-use diffuse::Diffuse;
-use glam::DVec2;
+
+pub use metals::{METAL_NAMES, metal};
+pub use microfacet::MicrofacetDistribution;
+pub use refractive_index::{REFRACTIVE_INDICES, refractive_index};
+
+pub(super) use conductor::{Conductor, Metal, RoughConductor};
+pub(super) use dielectric::{Dielectric, Glass, RoughDielectric};
+pub(super) use diffuse::Diffuse;
+pub(super) use microfacet::Microfacets;
+pub(super) use plastic::{Coat, Plastic, RoughCoat, RoughPlastic};
+pub(super) use principled::{Parameters as PrincipledParameters, Principled};
 
 /// What a material does to light between two directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,48 +60,82 @@ pub struct BsdfSample {
     pub eta: f64,
 }
 
-/// The reflection model of a material at one point, its parameters looked up.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Model {
-    /// Lambertian reflection.
-    Diffuse(Diffuse),
+impl BsdfSample {
+    /// A sample of what is no delta distribution; none if it is never drawn.
+    fn of(to_light: DVec3, value: BsdfValue, eta: f64) -> Option<Self> {
+        let BsdfValue { value, pdf } = value;
+        (pdf > 0.0).then(|| Self { to_light, weight: value / pdf, pdf, is_delta: false, eta })
+    }
 }
 
-impl Model {
-    pub(super) const fn diffuse(reflectance: DVec3) -> Self {
-        Self::Diffuse(Diffuse { reflectance })
-    }
+/// Brightness of a colour in linear sRGB, with Mitsuba's coefficients.
+pub(super) fn luminance(colour: DVec3) -> f64 {
+    colour.dot(DVec3::new(0.212_671, 0.715_160, 0.072_169))
+}
 
+/// The model of a material at one point, its parameters looked up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Model<'a> {
+    /// Lambertian reflection.
+    Diffuse(Diffuse),
+    /// A smooth metal or mirror.
+    Conductor(Conductor),
+    /// A rough metal.
+    RoughConductor(RoughConductor),
+    /// Clear glass.
+    Dielectric(Dielectric),
+    /// Frosted glass.
+    RoughDielectric(RoughDielectric),
+    /// A diffuse base under a smooth coat.
+    Plastic(Plastic),
+    /// A diffuse base under a rough coat.
+    RoughPlastic(RoughPlastic<'a>),
+    /// Disney's model of many lobes.
+    Principled(Principled),
+}
+
+impl Model<'_> {
     fn eval(&self, to_viewer: DVec3, to_light: DVec3) -> BsdfValue {
         match self {
             Self::Diffuse(diffuse) => diffuse.eval(to_viewer, to_light),
+            Self::Conductor(_) | Self::Dielectric(_) => BsdfValue::BLACK,
+            Self::RoughConductor(conductor) => conductor.eval(to_viewer, to_light),
+            Self::RoughDielectric(dielectric) => dielectric.eval(to_viewer, to_light),
+            Self::Plastic(plastic) => plastic.eval(to_viewer, to_light),
+            Self::RoughPlastic(plastic) => plastic.eval(to_viewer, to_light),
+            Self::Principled(principled) => principled.eval(to_viewer, to_light),
         }
     }
 
-    fn sample(&self, to_viewer: DVec3, _choice: f64, u: DVec2) -> Option<BsdfSample> {
+    fn sample(&self, to_viewer: DVec3, choice: f64, u: DVec2) -> Option<BsdfSample> {
         match self {
             Self::Diffuse(diffuse) => diffuse.sample(to_viewer, u),
+            Self::Conductor(conductor) => conductor.sample(to_viewer),
+            Self::RoughConductor(conductor) => conductor.sample(to_viewer, u),
+            Self::Dielectric(dielectric) => dielectric.sample(to_viewer, choice),
+            Self::RoughDielectric(dielectric) => dielectric.sample(to_viewer, choice, u),
+            Self::Plastic(plastic) => plastic.sample(to_viewer, choice, u),
+            Self::RoughPlastic(plastic) => plastic.sample(to_viewer, choice, u),
+            Self::Principled(principled) => principled.sample(to_viewer, choice, u),
         }
     }
 
-    fn has_smooth_part(&self) -> bool {
-        match self {
-            Self::Diffuse(_) => true,
-        }
+    const fn has_smooth_part(&self) -> bool {
+        !matches!(self, Self::Conductor(_) | Self::Dielectric(_))
     }
 }
 
 /// A material at one point of a surface, for directions of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bsdf {
-    model: Model,
+pub struct Bsdf<'a> {
+    model: Model<'a>,
     two_sided: bool,
     /// Right-handed: x along the texture coordinate u if there is one, z the shading normal.
     frame: [DVec3; 3],
 }
 
-impl Bsdf {
-    pub(super) fn new(model: Model, two_sided: bool, surface: &SurfaceInteraction) -> Self {
+impl<'a> Bsdf<'a> {
+    pub(super) fn new(model: Model<'a>, two_sided: bool, surface: &SurfaceInteraction) -> Self {
         let normal = surface.shading_normal;
         let along_u = surface.dp_du - normal * normal.dot(surface.dp_du);
         let frame = match along_u.try_normalize() {
@@ -125,6 +179,15 @@ impl Bsdf {
         Some(sample)
     }
 
+    /// BSDF for light along the normal, of a two-sided material on the viewer's side.
+    pub(super) fn under_normal_light(&self, to_viewer: DVec3) -> DVec3 {
+        let mut viewer = self.local(to_viewer);
+        if self.two_sided {
+            viewer.z = viewer.z.abs();
+        }
+        self.model.eval(viewer, DVec3::Z).value
+    }
+
     /// Whether it has more than delta distributions, so that lights can be seen in it by chance.
     pub fn has_smooth_part(&self) -> bool {
         self.model.has_smooth_part()
@@ -133,52 +196,5 @@ impl Bsdf {
     fn local(&self, direction: DVec3) -> DVec3 {
         let [x, y, z] = self.frame;
         DVec3::new(x.dot(direction), y.dot(direction), z.dot(direction))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::FRAC_1_PI;
-
-    use super::*;
-    use crate::shade::testing::surface;
-    use crate::shade::{Sampler, warp};
-
-    fn clay(two_sided: bool, normal: DVec3) -> Bsdf {
-        Bsdf::new(Model::diffuse(DVec3::new(0.6, 0.5, 0.4)), two_sided, &surface(normal))
-    }
-
-    #[test]
-    fn samples_agree_with_eval() {
-        for i in 0..10_000 {
-            let mut sampler = Sampler::new(3, [i, 0], 0);
-            let normal = warp::uniform_sphere(sampler.next_2d()).normalize();
-            let viewer = warp::uniform_sphere(sampler.next_2d()).normalize();
-            let u = sampler.next_2d();
-            let sample = clay(true, normal).sample(viewer, 0.5, u).unwrap();
-            let value = clay(true, normal).eval(viewer, sample.to_light);
-            assert!((value.pdf / sample.pdf - 1.0).abs() < 1e-9, "sample {i}: {} {}", value.pdf, sample.pdf);
-            let off = (value.value / value.pdf - sample.weight).abs().max_element();
-            assert!(off < 1e-14, "sample {i}: off by {off:e}");
-            let same_side = normal.dot(viewer) * normal.dot(sample.to_light);
-            assert!(same_side > 0.0, "sample {i} went through the surface");
-            let one_sided = clay(false, normal).sample(viewer, 0.5, u);
-            assert_eq!(one_sided.is_some(), normal.dot(viewer) > 0.0);
-        }
-    }
-
-    #[test]
-    fn sides() {
-        let (above, below) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.6, 0.0, -0.8));
-        let lit = DVec3::new(0.6, 0.5, 0.4) * (0.8 * FRAC_1_PI);
-        for two_sided in [false, true] {
-            let material = clay(two_sided, DVec3::Z);
-            assert_eq!(material.eval(above, above).value, lit);
-            assert_eq!(material.eval(above, below), BsdfValue::BLACK);
-            assert_eq!(material.eval(below, above), BsdfValue::BLACK);
-        }
-        assert_eq!(clay(true, DVec3::Z).eval(below, below).value, lit);
-        assert_eq!(clay(false, DVec3::Z).eval(below, below), BsdfValue::BLACK);
-        assert_eq!(clay(true, DVec3::Z).sample(DVec3::X, 0.5, DVec2::splat(0.3)), None);
     }
 }
