@@ -13,6 +13,9 @@ use super::{MAX_TRIANGLES, TessellateError, index};
 /// Most rounds of halving: 2^-48 of an edge is at the rounding of its points.
 const MAX_ROUNDS: usize = 48;
 
+/// Rounding of a distance between points, in parts of the greatest coordinate.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// A tessellation on its way.
 #[derive(Debug)]
 pub(super) struct Refinement<'a> {
@@ -40,6 +43,10 @@ impl<'a> Refinement<'a> {
     /// Of a triangle that is too far those edges are halved that are too far themselves, or, where only its inside is, the
     /// longest.
     pub(super) fn refine_to(&mut self, tolerance: f64) -> Result<f64, TessellateError> {
+        let farthest = self.mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        if tolerance < ROUNDING * farthest {
+            return Err(TessellateError::Unreachable { reached: ROUNDING * farthest });
+        }
         for _ in 0..MAX_ROUNDS {
             let measured: Vec<_> = self
                 .mesh
