@@ -48,8 +48,8 @@ struct Picture {
 
 impl Picture {
     fn new(size: [usize; 2], mut channel: impl FnMut(&str) -> Vec<f64>) -> Self {
-        let [radiance, variance] =
-            [["R", "G", "B"], ["variance.R", "variance.G", "variance.B"]].map(|names| names.map(&mut channel).concat());
+        let [radiance, variance] = [["R", "G", "B"], ["variance.R", "variance.G", "variance.B"]]
+            .map(|names| names.map(&mut channel).concat());
         assert_eq!(radiance.len(), 3 * size[0] * size[1]);
         Self { size, radiance, variance }
     }
@@ -198,7 +198,11 @@ fn every_scene_is_the_picture_that_mitsuba_renders() {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let scene = parse_scene(&path).unwrap_or_else(|error| panic!("{error}"));
         let (theirs, hash) = reference(&reference_of(&path));
-        assert_eq!(hash, fnv(&scene), "refs/{name}.exr is of another scene; refs/make.sh {name} makes it anew");
+        assert_eq!(
+            hash,
+            fnv(&scene),
+            "refs/{name}.exr is of another scene; refs/make.sh {name} makes it anew"
+        );
         let ours = ours(scene);
         let (passes, said) = compare(&ours, &theirs);
         println!("{name}: {said}");

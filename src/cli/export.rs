@@ -143,6 +143,7 @@ fn parse_tolerance(text: &str) -> Result<f64, String> {
 /// Whether a folder holds a scene that was exported before.
 fn is_mitsuba_export(folder: &Path) -> bool {
     let mut start = Vec::new();
-    let read = File::open(folder.join(MITSUBA_SCENE)).and_then(|file| file.take(1024).read_to_end(&mut start));
+    let read =
+        File::open(folder.join(MITSUBA_SCENE)).and_then(|file| file.take(1024).read_to_end(&mut start));
     read.is_ok() && is_exported(&start)
 }

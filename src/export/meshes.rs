@@ -126,7 +126,9 @@ mod tests {
         let faces: Vec<_> = text.lines().filter(|line| line.starts_with('f')).collect();
         assert_eq!(faces, ["f 1 2 3", "f 4/1 5/2 6/3", "f 7/4 8/5 9/6"]);
         assert_eq!(text.lines().filter(|line| line.starts_with("v ")).count(), 9);
-        assert!(text.contains("\no b v 1\n") && text.contains("v 0.0 0.1 0.0\n") && text.contains("vt 1.0 0.0\n"));
+        assert!(
+            text.contains("\no b v 1\n") && text.contains("v 0.0 0.1 0.0\n") && text.contains("vt 1.0 0.0\n")
+        );
     }
 
     #[test]
@@ -141,7 +143,8 @@ mod tests {
                 let text = String::from_utf8_lossy(&bytes[..header]).into_owned();
                 assert_eq!(text.contains(" u\n"), second_has);
                 if precision == Precision::Double {
-                    let x = f64::from_le_bytes(bytes[header + 2 * per_vertex * 8 + 8..][..8].try_into().unwrap());
+                    let x =
+                        f64::from_le_bytes(bytes[header + 2 * per_vertex * 8 + 8..][..8].try_into().unwrap());
                     assert_eq!(x, 0.1, "y of the third vertex, to the bit");
                 }
             }

@@ -55,7 +55,8 @@ pub fn mitsuba_scene(
     meshes: &[NamedMesh],
 ) -> io::Result<Vec<ExportedFile>> {
     assert_eq!(meshes.len(), scene.objects.len(), "one mesh for each object");
-    let paths: Vec<_> = (0..).zip(meshes).map(|(n, mesh)| format!("{MESHES}/{}.ply", id(n, &mesh.name))).collect();
+    let paths: Vec<_> =
+        (0..).zip(meshes).map(|(n, mesh)| format!("{MESHES}/{}.ply", id(n, &mesh.name))).collect();
     let objects = scene.objects.iter().zip(meshes).zip(&paths).map(|((object, mesh), path)| {
         Element::plugin("shape", "ply")
             .string("filename", path)
@@ -203,7 +204,9 @@ fn integrator(render: &RenderSettings) -> Element {
     if layers.is_empty() {
         return light;
     }
-    Element::plugin("integrator", "aov").string("aovs", &layers.join(",")).child(light.attribute("name", "image"))
+    Element::plugin("integrator", "aov")
+        .string("aovs", &layers.join(","))
+        .child(light.attribute("name", "image"))
 }
 
 /// Mitsuba's name of a layer and of what it shows, if it has it.

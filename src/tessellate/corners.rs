@@ -47,7 +47,7 @@ pub(super) struct Triangle {
 /// Triangles on the exact surface.
 #[derive(Debug)]
 pub(super) struct Mesh<'a> {
-    pub(super) loops: Vec<Part<'a>>,
+    pub(super) parts: Vec<Part<'a>>,
     pub(super) positions: Vec<DVec3>,
     pub(super) triangles: Vec<Triangle>,
     /// Points as close as this, with the same place on the undeformed object, are one vertex.
@@ -64,7 +64,7 @@ struct Corner {
 /// All sub-polygons as triangles that share corners.
 pub(super) fn base_mesh(patches: &[TrimmedPatch]) -> Mesh<'_> {
     let mut welder = Welder::new(patches);
-    let mut loops = Vec::new();
+    let mut parts = Vec::new();
     let mut outlines: Vec<Vec<Corner>> = Vec::new();
     for patch in patches {
         for trim_loop in patch.trim.loops() {
@@ -77,13 +77,13 @@ pub(super) fn base_mesh(patches: &[TrimmedPatch]) -> Mesh<'_> {
             if outline.len() > 1 && outline[0].vertex == outline[outline.len() - 1].vertex {
                 outline.pop();
             }
-            loops.push(Part { patch, polygon: trim_loop.polygon });
+            parts.push(Part { patch, polygon: trim_loop.polygon });
             outlines.push(outline);
         }
     }
-    insert_corners_on_edges(&welder, &loops, &mut outlines);
+    insert_corners_on_edges(&welder, &parts, &mut outlines);
     let mut mesh = Mesh {
-        loops,
+        parts,
         positions: welder.vertices.iter().map(|vertex| vertex.position).collect(),
         triangles: Vec::new(),
         same_position: welder.same_position,
@@ -97,28 +97,23 @@ pub(super) fn base_mesh(patches: &[TrimmedPatch]) -> Mesh<'_> {
 impl Mesh<'_> {
     /// The point of a sub-polygon's patch.
     pub(super) fn eval(&self, part: u32, st: DVec2) -> DVec3 {
-        self.loops[part as usize].patch.patch.eval(st).position
+        self.parts[part as usize].patch.patch.eval(st).position
     }
 
     /// Cuts a convex outline, which may have corners on straight edges, into triangles: a fan, or a star around its middle
     /// where every fan would have a triangle without area.
     fn triangulate(&mut self, part: u32, outline: &[Corner]) {
         let count = outline.len();
+        if count < 3 {
+            return;
+        }
         let mut push = |corners: [Corner; 3]| {
             let (vertices, st) = (corners.map(|corner| corner.vertex), corners.map(|corner| corner.st));
             self.triangles.push(Triangle { part, vertices, st, settled: false, is_first: true });
         };
-        if count < 3 {
-            return;
-        }
-        if count == 3 {
-            push([outline[0], outline[1], outline[2]]);
-            return;
-        }
         let corner = |i: usize| outline[i % count];
-        let fan = |apex: usize| {
-            (1..count - 1).map(move |i| [corner(apex), corner(apex + i), corner(apex + i + 1)])
-        };
+        let fan =
+            |apex: usize| (1..count - 1).map(move |i| [corner(apex), corner(apex + i), corner(apex + i + 1)]);
         let least_area = |apex: usize| {
             fan(apex).map(|t| doubled_area(&t.map(|corner| corner.st))).fold(f64::INFINITY, f64::min)
         };
@@ -127,20 +122,15 @@ impl Mesh<'_> {
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .expect("an outline has corners");
         let st: Vec<_> = outline.iter().map(|corner| corner.st).collect();
-        if least > THIN * doubled_area(&st) / (count - 2) as f64 {
+        if count == 3 || least > THIN * doubled_area(&st) / (count - 2) as f64 {
             fan(apex).for_each(push);
             return;
         }
         let middle = st.iter().sum::<DVec2>() / count as f64;
-        let position = self.loops[part as usize].patch.patch.eval(middle).position;
-        self.positions.push(position);
+        self.positions.push(self.parts[part as usize].patch.patch.eval(middle).position);
         let middle = Corner { vertex: index(self.positions.len() - 1), st: middle };
         for i in 0..count {
-            let (vertices, st) = {
-                let corners = [middle, corner(i), corner(i + 1)];
-                (corners.map(|corner| corner.vertex), corners.map(|corner| corner.st))
-            };
-            self.triangles.push(Triangle { part, vertices, st, settled: false, is_first: true });
+            push([middle, corner(i), corner(i + 1)]);
         }
     }
 }
@@ -216,7 +206,10 @@ impl Welder {
         None
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "beyond 2^63 cells it saturates, and cells are only a sieve")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "beyond 2^63 cells it saturates, and cells are only a sieve"
+    )]
     fn cell(&self, rest: DVec3) -> [i64; 3] {
         // larger than what is looked for, so that mostly one cell is looked into
         (rest / (16.0 * self.same_rest)).floor().to_array().map(|x| x as i64)
@@ -228,7 +221,7 @@ impl Welder {
 /// Pieces that share an edge are cut at the same points of it, but not all are cut: parts outside the lattice's box stay
 /// whole where they meet pieces inside, and patches that are halved for the sake of their weights have neighbours that are
 /// not. Only edges without a partner can have such corners.
-fn insert_corners_on_edges(welder: &Welder, loops: &[Part<'_>], outlines: &mut [Vec<Corner>]) {
+fn insert_corners_on_edges(welder: &Welder, parts: &[Part<'_>], outlines: &mut [Vec<Corner>]) {
     let mut directed = HashSet::new();
     for outline in outlines.iter() {
         directed.extend(edges(outline).map(|[from, to]| [from.vertex, to.vertex]));
@@ -243,7 +236,7 @@ fn insert_corners_on_edges(welder: &Welder, loops: &[Part<'_>], outlines: &mut [
     ends.sort_unstable();
     ends.dedup();
     let sorted = SortedPoints::new(welder, &ends);
-    for (part, outline) in loops.iter().zip(outlines) {
+    for (part, outline) in parts.iter().zip(outlines) {
         if !edges(outline).any(|[from, to]| is_alone(&from, &to)) {
             continue;
         }

@@ -54,10 +54,14 @@ pub enum TessellateError {
     #[error("interrupted")]
     Interrupted,
     /// It would be too large.
-    #[error("more than {MAX_TRIANGLES} triangles would be needed; a larger tolerance or a lower level would do")]
+    #[error(
+        "more than {MAX_TRIANGLES} triangles would be needed; a larger tolerance or a lower level would do"
+    )]
     TooMany,
     /// Halving edges does not help any more.
-    #[error("the triangles do not come closer than {reached:.1e} to the surface; a larger tolerance would do")]
+    #[error(
+        "the triangles do not come closer than {reached:.1e} to the surface; a larger tolerance would do"
+    )]
     Unreachable {
         /// The distance that remains.
         reached: f64,
@@ -89,8 +93,8 @@ pub fn tessellate(
 /// The triangles with texture coordinates, and without vertices that no triangle has.
 fn finished(object: &TracedObject, refinement: &Refinement<'_>, deviation: f64) -> Tessellation {
     let mesh = &refinement.mesh;
-    let uv_at = |loop_index: u32, st: DVec2| {
-        let part = &mesh.loops[loop_index as usize];
+    let uv_at = |part_index: u32, st: DVec2| {
+        let part = &mesh.parts[part_index as usize];
         object.uvs.uv(part.polygon, part.patch.frame.point(st))
     };
     // an object has texture coordinates if any of its corners has

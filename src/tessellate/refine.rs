@@ -87,7 +87,7 @@ impl<'a> Refinement<'a> {
     }
 
     fn distances(&self, triangle: &Triangle) -> Distances {
-        let patch = &self.mesh.loops[triangle.part as usize].patch.patch;
+        let patch = &self.mesh.parts[triangle.part as usize].patch.patch;
         let corners = triangle.vertices.map(|vertex| self.mesh.positions[vertex as usize]);
         distances(patch, triangle.st, corners, triangle.is_first)
     }
@@ -166,7 +166,8 @@ fn split(
     positions: &[DVec3],
 ) -> impl Iterator<Item = Triangle> + use<> {
     // turned so that the edges with a middle come first
-    let bits = |turn: usize| (0..3).fold(0, |bits, edge| 2 * bits + u8::from(middle[(turn + edge) % 3].is_some()));
+    let bits =
+        |turn: usize| (0..3).fold(0, |bits, edge| 2 * bits + u8::from(middle[(turn + edge) % 3].is_some()));
     let turn = (0..3).max_by_key(|&turn| bits(turn)).unwrap_or(0);
     let corner = |corner: usize| {
         let corner = (corner + turn) % 3;

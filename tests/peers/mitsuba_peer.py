@@ -15,8 +15,8 @@ independent random numbers.
     distance square to the surface must be within the tessellation's error, and where the ray passes a silhouette a ray
     beside it must agree.
 *   Normal: where the depths agree, the normal that trimray reports must be that of SciPy's volume at the undeformed place
-    of the point that Mitsuba hits, to 1e-5 (half of the pixels), and all to
-    what the tessellation's error moves that point on the curved surface besides.
+    of the point that Mitsuba hits, to 1e-5 for half of the pixels, and for all to that and
+    what the tessellation's error, by moving the point along the curved surface, makes of it.
 """
 
 import re
