@@ -10,7 +10,8 @@
 //! 4. [`patch`]: the volume composed with the frame: Bézier patches with trims
 //! 5. [`trace`]: rays against patches: acceleration structure, Bézier clipping, Newton's method
 //! 6. [`film`], [`shade`], [`render`]: from hits to a picture
-//! 7. [`scene`]: scene files; [`export`]: the exact patches for other programs; [`cli`]: the commands
+//! 7. [`scene`]: scene files; [`tessellate`], [`export`]: the exact patches or triangles for other programs; [`cli`]: the
+//!    commands
 //!
 //! # Guarantees
 //! A patch is the volume on its plane to 1e-12 of the diagonal; hits are on their ray and on the surface to 1e-11; no part
@@ -58,6 +59,7 @@ pub mod scene;
 pub mod shade;
 pub mod spline;
 pub mod subdivide;
+pub mod tessellate;
 #[cfg(test)]
 mod test_support;
 pub mod trace;

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use thiserror::Error;
 
-/// Why a picture cannot be written.
+/// Why a file or folder cannot be written.
 #[derive(Debug, Error)]
 pub enum OutputError {
     /// The folder to write to is not there.
@@ -24,6 +24,18 @@ pub enum OutputError {
     #[error("{}: is a folder; a file's name is needed", .path.display())]
     IsFolder {
         /// The path.
+        path: PathBuf,
+    },
+    /// The path is a file's.
+    #[error("{}: is a file; a folder's name is needed", .path.display())]
+    IsFile {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The folder has something in it that was not written by this program.
+    #[error("{}: is not empty, and not an export of this program; name a new folder, or empty this one", .path.display())]
+    Taken {
+        /// The folder.
         path: PathBuf,
     },
     /// The system refused.
@@ -73,6 +85,114 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     }
 }
 
+/// A folder that may be replaced by a new one.
+#[derive(Clone, Copy, Debug)]
+pub struct OwnFolder<'a> {
+    /// Tells such folders from others.
+    pub is_own: fn(&Path) -> bool,
+    /// What is replaced at its top level; everything else stays.
+    pub names: &'a [&'a str],
+}
+
+/// Finds out whether a folder can be written, before hours of work go into its content.
+///
+/// # Errors
+/// If the path is a file's, or a folder's that is neither empty nor an own one, or the folder around it refuses new ones.
+pub fn check_folder_writable(path: &Path, own: OwnFolder<'_>) -> Result<(), OutputError> {
+    let path = folder_place(path, own)?;
+    FolderBeside::create(&path).map(|_| ())
+}
+
+/// Writes a folder beside its place and renames it when it is whole. `files` are paths in it, with `/`, and their contents.
+///
+/// An own folder that is there already is replaced but for what others have put into it.
+///
+/// # Errors
+/// As [`check_folder_writable`]; also when the disk is full. Nothing is left then but what was before.
+pub fn write_folder_whole<'a>(
+    path: &Path,
+    own: OwnFolder<'_>,
+    files: impl IntoIterator<Item = (&'a str, &'a [u8])>,
+) -> Result<(), OutputError> {
+    let path = folder_place(path, own)?;
+    let failed = |source| OutputError::Io { path: path.clone(), source };
+    let mut beside = FolderBeside::create(&path)?;
+    for (name, bytes) in files {
+        beside.add(name, bytes).map_err(failed)?;
+    }
+    beside.finish(&path, own.names).map_err(failed)
+}
+
+/// The path of a folder to write, links followed.
+fn folder_place(path: &Path, own: OwnFolder<'_>) -> Result<PathBuf, OutputError> {
+    let Ok(there) = fs::metadata(path) else { return Ok(path.into()) };
+    if !there.is_dir() {
+        return Err(OutputError::IsFile { path: path.into() });
+    }
+    let failed = |source| OutputError::Io { path: path.into(), source };
+    let is_empty = fs::read_dir(path).map_err(failed)?.next().is_none();
+    if !is_empty && !(own.is_own)(path) {
+        return Err(OutputError::Taken { path: path.into() });
+    }
+    fs::canonicalize(path).map_err(failed)
+}
+
+/// A folder in the same folder, removed when dropped unless it took the other's place.
+struct FolderBeside {
+    path: PathBuf,
+    kept: bool,
+}
+
+impl FolderBeside {
+    fn create(path: &Path) -> Result<Self, OutputError> {
+        let beside = beside(path)?;
+        fs::create_dir(&beside).map_err(|source| OutputError::Io { path: path.into(), source })?;
+        Ok(Self { path: beside, kept: false })
+    }
+
+    fn add(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
+        let path = self.path.join(name);
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        let mut file = OpenOptions::new().write(true).create_new(true).open(&path)?;
+        file.write_all(bytes)?;
+        file.sync_all()
+    }
+
+    fn finish(&mut self, path: &Path, names: &[&str]) -> io::Result<()> {
+        if !path.is_dir() {
+            fs::rename(&self.path, path)?;
+            self.kept = true;
+            return Ok(());
+        }
+        // what others have put there moves along
+        for entry in fs::read_dir(path)? {
+            let entry = entry?;
+            if !names.iter().any(|name| entry.file_name() == *name) {
+                fs::rename(entry.path(), self.path.join(entry.file_name()))?;
+            }
+        }
+        let old = self.path.with_extension("old");
+        fs::rename(path, &old)?;
+        if let Err(error) = fs::rename(&self.path, path) {
+            fs::rename(&old, path)?;
+            return Err(error);
+        }
+        self.kept = true;
+        fs::remove_dir_all(&old)
+    }
+}
+
+impl Drop for FolderBeside {
+    fn drop(&mut self) {
+        if !self.kept {
+            // nothing more can be done about a folder that cannot be removed
+            let _ = fs::remove_dir_all(&self.path);
+        }
+    }
+}
+
 /// Where a path leads.
 enum Target {
     /// A file, there already or not. Links are followed, so that a link stays one.
@@ -100,6 +220,24 @@ fn open_special(path: &Path) -> Result<File, OutputError> {
     opened.map_err(|source| OutputError::Io { path: path.into(), source })
 }
 
+/// A path in the same folder for what is not whole yet: hidden, and unlike that of any other writer at the same time.
+fn beside(path: &Path) -> Result<PathBuf, OutputError> {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let folder = match path.parent() {
+        Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
+        Some(folder) => folder,
+        None => return Err(OutputError::IsFolder { path: path.into() }),
+    };
+    if !folder.is_dir() {
+        return Err(OutputError::NoFolder { path: path.into(), folder: folder.into() });
+    }
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    let mut name = OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(format!(".{}-{count}.part", process::id()));
+    Ok(folder.join(name))
+}
+
 /// A file in the same folder, removed when dropped unless it took the other's place.
 struct Beside {
     file: File,
@@ -109,21 +247,7 @@ struct Beside {
 
 impl Beside {
     fn create(path: &Path) -> Result<Self, OutputError> {
-        static COUNT: AtomicU64 = AtomicU64::new(0);
-        let folder = match path.parent() {
-            Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
-            Some(folder) => folder,
-            None => return Err(OutputError::IsFolder { path: path.into() }),
-        };
-        if !folder.is_dir() {
-            return Err(OutputError::NoFolder { path: path.into(), folder: folder.into() });
-        }
-        // hidden, and unlike that of any other writer at the same time
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let mut name = OsString::from(".");
-        name.push(path.file_name().unwrap_or_default());
-        name.push(format!(".{}-{count}.part", process::id()));
-        let beside = folder.join(name);
+        let beside = beside(path)?;
         let opened = OpenOptions::new().write(true).create_new(true).open(&beside);
         let file = opened.map_err(|source| OutputError::Io { path: path.into(), source })?;
         Ok(Self { file, path: beside, kept: false })
@@ -199,6 +323,45 @@ mod tests {
         let mut left = names(folder.path());
         left.sort();
         assert_eq!(left, ["a.exr", "taken"]);
+    }
+
+    const OWN: OwnFolder<'static> =
+        OwnFolder { is_own: |path| path.join("mark").is_file(), names: &["mark", "parts"] };
+
+    #[test]
+    fn folders_are_replaced_whole() {
+        let around = tempfile::tempdir().unwrap();
+        let path = around.path().join("made");
+        let first: [(&str, &[u8]); 2] = [("mark", b"1"), ("parts/a", b"a")];
+        write_folder_whole(&path, OWN, first).unwrap();
+        fs::write(path.join("picture"), "of others").unwrap();
+        check_folder_writable(&path, OWN).unwrap();
+        let second: [(&str, &[u8]); 2] = [("mark", b"2"), ("parts/b", b"b")];
+        write_folder_whole(&path, OWN, second).unwrap();
+        assert_eq!(names(around.path()), ["made"]);
+        assert_eq!(fs::read(path.join("mark")).unwrap(), b"2");
+        assert_eq!(names(&path.join("parts")), ["b"]);
+        assert_eq!(fs::read(path.join("picture")).unwrap(), b"of others");
+    }
+
+    #[test]
+    fn folders_of_others_are_left_alone() {
+        let around = tempfile::tempdir().unwrap();
+        let path = around.path().join("taken");
+        fs::create_dir(&path).unwrap();
+        check_folder_writable(&path, OWN).unwrap();
+        fs::write(path.join("letter"), "dear").unwrap();
+        let error = check_folder_writable(&path, OWN).unwrap_err();
+        assert!(matches!(error, OutputError::Taken { .. }), "{error}");
+        let file = check_folder_writable(&path.join("letter"), OWN).unwrap_err();
+        assert!(matches!(file, OutputError::IsFile { .. }), "{file}");
+        let none = check_folder_writable(&path.join("a").join("b"), OWN).unwrap_err();
+        assert!(matches!(none, OutputError::NoFolder { .. }), "{none}");
+        // a file's path cannot be a folder's: what was begun goes
+        let new = around.path().join("new");
+        let clash: [(&str, &[u8]); 2] = [("mark", b"1"), ("mark/a", b"a")];
+        assert!(write_folder_whole(&new, OWN, clash).is_err());
+        assert_eq!(names(around.path()), ["taken"]);
     }
 
     #[cfg(unix)]

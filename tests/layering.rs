@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the pipeline; each may use those before it.
-const ORDER: [&str; 14] = [
+const ORDER: [&str; 15] = [
     "math",
     "output",
     "arrays",
@@ -13,6 +13,7 @@ const ORDER: [&str; 14] = [
     "subdivide",
     "patch",
     "trace",
+    "tessellate",
     "film",
     "shade",
     "render",
@@ -22,12 +23,13 @@ const ORDER: [&str; 14] = [
 ];
 
 /// Crates and the only files that may name them.
-const BEHIND_ONE_FILE: [(&str, &str); 5] = [
+const BEHIND_ONE_FILE: [(&str, &str); 6] = [
     ("obvhs", "src/trace/bvh.rs"),
     ("exr", "src/film/exr_file.rs"),
     ("image", "src/film/image_file.rs"),
     ("tobj", "src/mesh/obj.rs"),
     ("npyz", "src/arrays.rs"),
+    ("quick_xml", "src/export/xml.rs"),
 ];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {

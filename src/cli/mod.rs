@@ -40,7 +40,7 @@ enum Command {
     Info(info::InfoArgs),
     /// Trace a batch of rays in double precision
     Trace(trace::TraceArgs),
-    /// Write the exact patches to a file
+    /// Write the exact patches, or triangles close to them, for other programs
     Export(export::ExportArgs),
 }
 
@@ -82,7 +82,12 @@ impl CliError {
     fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(_) | Self::Input(_) => 2,
-            Self::Output(OutputError::NoFolder { .. } | OutputError::IsFolder { .. }) => 2,
+            Self::Output(
+                OutputError::NoFolder { .. }
+                | OutputError::IsFolder { .. }
+                | OutputError::IsFile { .. }
+                | OutputError::Taken { .. },
+            ) => 2,
             Self::Output(_) | Self::Interrupted | Self::Failed(_) => 1,
         }
     }

@@ -42,6 +42,13 @@ pub struct PatchPoint {
     pub dp_dt: DVec3,
 }
 
+impl PatchPoint {
+    /// Unit normal, by the right-hand rule from s to t; 0 where the partials are parallel.
+    pub fn normal(&self) -> DVec3 {
+        self.dp_ds.cross(self.dp_dt).normalize_or_zero()
+    }
+}
+
 impl BezierPatch {
     /// A patch from homogeneous control points (w x, w y, w z, w), the index along t running fastest.
     ///

@@ -1,4 +1,4 @@
-"""The same picture by Mitsuba 3: mean radiance, every pixel by a z-test, and depths.
+"""The same picture by Mitsuba 3: mean radiance, every pixel by a z-test, depths, positions and normals.
 
     python mitsuba_peer.py SCENE...
 
@@ -11,8 +11,12 @@ independent random numbers.
     programs' measured variances, must be below the value that chance exceeds in 1 of 100 whole pictures (Šidák);
     at least 99.75 % of them must pass.
 *   Depth: the point that trimray reports for a pixel must lie in the pixel as Mitsuba's camera sees it, and a ray of
-    Mitsuba to it must hit at the same depth to 1e-5. Two exceptions: at a grazing angle the distance square to the
-    surface must be within the tessellation's error, and where the ray passes a silhouette a ray beside it must agree.
+    Mitsuba to it must hit at the same depth, and so at the same point, to 1e-5. Two exceptions: at a grazing angle the
+    distance square to the surface must be within the tessellation's error, and where the ray passes a silhouette a ray
+    beside it must agree.
+*   Normal: where the depths agree, the normal that trimray reports must be that of SciPy's volume at the undeformed place
+    of the point that Mitsuba hits, to 1e-5 for half of the pixels, and for all to that and
+    what the tessellation's error, by moving the point along the curved surface, makes of it.
 """
 
 import re
@@ -44,6 +48,13 @@ SIGNIFICANCE = 0.01
 SHARE = 0.9975
 
 DEPTH = 1e-5
+NORMAL = 1e-5
+
+# Step of the differences that give a normal, in parts of a triangle.
+STEP = 1e-5
+
+# Greatest curvature of the surfaces that are checked, over one over the object's diagonal.
+CURVATURE = 10
 
 # Where a ray is moved at silhouettes.
 SIDES = np.concatenate([np.eye(3), -np.eye(3)])
@@ -103,7 +114,7 @@ def sensor(description):
 
 
 def mitsuba_scene(scene, description):
-    """The scene for Mitsuba, and the greatest distance between its triangles and the exact surface."""
+    """The scene for Mitsuba, and its objects with their tessellations."""
     objects = load_objects(scene)
     count = sum(len(target.triangles) for target in objects if target.volumes)
     n = max(1, int(np.sqrt(TRIANGLES / count)))
@@ -112,16 +123,16 @@ def mitsuba_scene(scene, description):
     contents["integrator"] = {"type": "path", "max_depth": MAX_DEPTH}
     for number, entry in enumerate(description["light"]):
         contents[f"light{number}"] = light(entry)
-    deviation = 0.0
+    parts = []
     for target, entry in zip(objects, description["object"], strict=True):
         material = materials[entry["material"]]
         fail_unless(material["type"] == "diffuse", "a material is not known to this check")
         part = tessellate(target, n)
-        deviation = max(deviation, part.deviation)
+        parts.append((target, part))
         contents[f"object_{target.name}"] = mesh(
             target.name, part.vertices, part.indices, material.get("reflectance", [0.5] * 3)
         )
-    return mi.load_dict(contents), deviation
+    return mi.load_dict(contents), parts
 
 
 def render_mitsuba(scene):
@@ -135,7 +146,7 @@ def render_trimray(scene):
     scene = Path(scene)
     text = scene.read_text(encoding="utf-8").replace('"meshes/', f'"{scene.parent.resolve()}/meshes/')
     text = re.sub(r"(?m)^aovs = .*\n", "", text)
-    text, count = re.subn(r"(?m)^\[render\]\n", '[render]\naovs = ["variance", "depth", "position"]\n', text)
+    text, count = re.subn(r"(?m)^\[render\]\n", '[render]\naovs = ["variance", "depth", "position", "geo_normal"]\n', text)
     fail_unless(count == 1, "the scene has one [render] table")
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "scene.toml").write_text(text, encoding="utf-8")
@@ -176,8 +187,9 @@ def compare_pixels(ours, our_variance, theirs, their_variance):
     return passed >= SHARE
 
 
-def compare_depths(scene, channels, deviation):
-    """trimray's points through Mitsuba's camera and triangles; returns whether all agree."""
+def compare_depths(scene, channels, parts):
+    """trimray's points and normals through Mitsuba's camera and triangles; returns whether all agree."""
+    deviation = max(part.deviation for _, part in parts)
     camera = scene.sensors()[0]
     width, height = SIZE
     position = np.stack([channels[f"position.{axis}"] for axis in "XYZ"], axis=-1)
@@ -196,6 +208,7 @@ def compare_depths(scene, channels, deviation):
     to_picture = np.linalg.inv(np.stack([right - low, down - low, low], axis=1))
 
     outside, grazing, silhouettes, wrong, worst, hits = 0, 0, 0, 0, 0.0, 0
+    agreeing = []
     for y in range(height):
         for x in range(width):
             if depth[y, x] == 0:
@@ -210,10 +223,12 @@ def compare_depths(scene, channels, deviation):
                 outside += 1
             distance = np.linalg.norm(towards)
             single = 2e-6 * distance
-            found, cosine = first_hit(scene, origin, towards / distance)
-            error = abs(found / depth[y, x] - 1)
+            found, cosine, place = first_hit(scene, origin, towards / distance)
+            error = max(abs(found / depth[y, x] - 1), abs(found / distance - 1))
             if error <= DEPTH:
                 worst = max(worst, error)
+                if place[0] is not None:
+                    agreeing.append((*place, y, x, cosine))
                 continue
             if error * distance * cosine <= deviation + single:
                 grazing += 1
@@ -227,21 +242,67 @@ def compare_depths(scene, channels, deviation):
     print(f"  depth of {hits} pixels: within {worst:.1e}, {grazing} grazing, {silhouettes} at silhouettes, {wrong} WRONG;", end=" ")
     print(f"{outside} points outside of their pixel")
     fail_unless(hits > width * height // 4, "too few hits for the check to mean something")
-    return wrong == 0 and outside == 0
+    normal = np.stack([channels[f"geo_normal.{axis}"] for axis in "XYZ"], axis=-1)
+    return compare_normals(parts, agreeing, normal) and wrong == 0 and outside == 0
+
+
+def exact_normals(target, triangle, weights):
+    """Unit normals at points of undeformed triangles (N,), from differences of the deformed place towards the corners."""
+    corners = target.triangles[triangle]
+    rest = target.at(triangle, weights)
+    # the two corners that the point is not nearest to: the differences stay within the triangle, and so within its box
+    nearest = weights.argmax(1)
+    sides = []
+    for turn in (1, 2):
+        towards = corners[np.arange(len(triangle)), (nearest + turn) % 3] - rest
+        near, far = (target.deform(rest + step * STEP * towards) for step in (1, 2))
+        sides.append(4 * near - far - 3 * target.deform(rest))
+    normals = np.cross(*sides)
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+def compare_normals(parts, agreeing, normal):
+    """trimray's normals where Mitsuba's rays hit (shape, small triangle, barycentric u and v, y, x, cosine)."""
+    agrees, count = True, 0
+    for target, part in parts:
+        chosen = [entry[1:] for entry in agreeing if entry[0] == f"object_{target.name}"]
+        if not chosen:
+            continue
+        index, u, v, y, x, cosine = (np.array(column) for column in zip(*chosen, strict=True))
+        corners = part.corner_weights[part.small[index % part.triangles_per_triangle]]
+        weights = np.einsum("nk,nkc->nc", np.stack([1 - u - v, u, v], axis=1), corners)
+        exact = exact_normals(target, index // part.triangles_per_triangle, weights)
+        ours = normal[y, x]
+        error = np.linalg.norm(ours - exact, axis=1)
+        # the error of the triangles moves the hit along the surface, and with it the normal
+        bound = NORMAL + CURVATURE * part.deviation / cosine / target.diagonal
+        wrong = int((error > bound).sum())
+        agrees = agrees and wrong == 0 and np.median(error) <= NORMAL
+        count += len(error)
+        print(f"  normals of {target.name}: {len(error)} pixels, median {np.median(error):.1e},", end=" ")
+        print(f"at most {error.max():.1e}, {wrong} WRONG")
+    fail_unless(count > 0, "no normals to compare")
+    return bool(agrees)
 
 
 def first_hit(scene, origin, direction):
-    """Distance to the first surface of Mitsuba's scene (inf), and the cosine between ray and normal there."""
+    """Distance to the first surface of Mitsuba's scene (inf), the cosine between ray and normal there, and the place.
+
+    The place is the shape's name in Mitsuba, the triangle's number, and the barycentric weights of its last two corners.
+    """
     found = scene.ray_intersect(mi.Ray3f(o=mi.Point3f(*origin), d=mi.Vector3f(*direction)))
     if not found.is_valid():
-        return np.inf, 1.0
-    return found.t, abs(np.array(found.n, float) @ direction)
+        return np.inf, 1.0, (None, 0, 0.0, 0.0)
+    name = found.shape.id() if found.shape.is_mesh() else None
+    # without texture coordinates Mitsuba gives the barycentric ones
+    return found.t, abs(np.array(found.n, float) @ direction), (name, found.prim_index, found.uv[0], found.uv[1])
 
 
 def check(path):
     """Compares one scene; returns whether all checks pass."""
     description = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    scene, deviation = mitsuba_scene(path, description)
+    scene, parts = mitsuba_scene(path, description)
+    deviation = max(part.deviation for _, part in parts)
     print(f"{Path(path).name}, {SIZE[0]}x{SIZE[1]}, {SPP} samples, tessellation off by {deviation:.1e}:")
     theirs, their_variance = render_mitsuba(scene)
     channels = render_trimray(path)
@@ -250,7 +311,7 @@ def check(path):
     results = [
         compare_means(ours, our_variance, theirs, their_variance),
         compare_pixels(ours, our_variance, theirs, their_variance),
-        compare_depths(scene, channels, deviation),
+        compare_depths(scene, channels, parts),
     ]
     return all(results)
 

@@ -1,0 +1,301 @@
+//! Scenes for Mitsuba 3.
+
+use std::path::Path;
+use std::{fs, io};
+
+use glam::{DAffine3, DVec3};
+
+use super::meshes::{NamedMesh, Precision, ply};
+use super::mitsuba_material::bsdf;
+use super::xml::Element;
+use crate::film::{Aov, FilmSettings};
+use crate::scene::{BuiltScene, Choice, LightDescription, SceneDescription};
+use crate::shade::{CameraSettings, IntegratorKind, Light, Projection, RenderSettings};
+
+/// The scene file's name.
+pub const MITSUBA_SCENE: &str = "scene.xml";
+
+/// What is written at the top of a folder: everything else in it is someone else's.
+pub const MITSUBA_NAMES: &[&str] = &[MITSUBA_SCENE, MESHES, PICTURES];
+
+const MESHES: &str = "meshes";
+const PICTURES: &str = "pictures";
+
+/// How a scene file that is ours begins; tells other folders from those that may be overwritten.
+const MARK: &str = "exported by trimray";
+
+/// The plugins' parameters are those of this version.
+const VERSION: &str = "3.9.0";
+
+/// Distances of Mitsuba's clipping planes in parts of the scene's size as the camera sees it; their ratio is near that of the
+/// defaults, 1e6, for single precision's sake. This program's camera has none.
+const CLIP: [f64; 2] = [1e-4, 1e3];
+
+/// A file of an exported folder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExportedFile {
+    /// Its path in the folder, with `/`.
+    pub path: String,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+/// The pictures of textures and environment maps, copied as they are.
+#[derive(Debug, Default)]
+pub(super) struct Pictures {
+    files: Vec<ExportedFile>,
+}
+
+impl Pictures {
+    /// Takes a picture along; returns its path in the folder.
+    pub(super) fn take(&mut self, path: &Path) -> io::Result<String> {
+        let bytes = fs::read(path)
+            .map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", path.display())))?;
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let extension = path.extension().unwrap_or_default().to_string_lossy();
+        let path = format!("{PICTURES}/{}.{extension}", id(self.files.len(), &stem));
+        self.files.push(ExportedFile { path: path.clone(), bytes });
+        Ok(path)
+    }
+}
+
+/// Whether a text is the beginning of a scene file that was written here.
+pub fn is_exported(text: &[u8]) -> bool {
+    text.windows(MARK.len()).take(200).any(|window| window == MARK.as_bytes())
+}
+
+/// The files of a Mitsuba scene of the same picture: the scene, one PLY file for each object, and the pictures of textures.
+///
+/// # Errors
+/// If a picture can no longer be read.
+///
+/// # Panics
+/// If there are not as many meshes as objects.
+pub fn mitsuba_scene(
+    scene: &SceneDescription,
+    built: &BuiltScene,
+    meshes: &[NamedMesh],
+) -> io::Result<Vec<ExportedFile>> {
+    assert_eq!(meshes.len(), scene.objects.len(), "one mesh for each object");
+    let paths: Vec<_> =
+        (0..).zip(meshes).map(|(n, mesh)| format!("{MESHES}/{}.ply", id(n, &mesh.name))).collect();
+    let mut pictures = Pictures::default();
+    let shines = |index: usize| {
+        built.light_settings.iter().find_map(|light| match light {
+            Light::Object { object, radiance } if *object == index => Some(emitter(*radiance)),
+            _ => None,
+        })
+    };
+    let objects =
+        scene.objects.iter().zip(meshes).zip(&paths).enumerate().map(|(index, ((object, mesh), path))| {
+            Element::plugin("shape", "ply")
+                .string("filename", path)
+                // the triangles' own normals, which are the surface's
+                .boolean("face_normals", mesh.mesh.normals.is_empty())
+                .child(Element::new("ref").attribute("id", material_id(scene, object.material)))
+                .children((!mesh.mesh.uvs.is_empty()).then(flip_tex_coords))
+                .children(shines(index))
+        });
+    let root = Element::new("scene")
+        .attribute("version", VERSION)
+        .child(integrator(&scene.render))
+        .child(sensor(&built.camera, &scene.film, &scene.render, built.traced.bounds()))
+        .children(materials(scene, &mut pictures)?)
+        .children(lights(scene, &mut pictures)?)
+        .children(objects);
+    let farthest = meshes.iter().map(|mesh| mesh.mesh.deviation).fold(0.0, f64::max);
+    let comment = format!(
+        "{MARK} {}; the triangles are within {farthest:.1e} of the exact surfaces",
+        env!("CARGO_PKG_VERSION")
+    );
+    let mut files = vec![ExportedFile { path: MITSUBA_SCENE.into(), bytes: root.document(&comment)? }];
+    for (mesh, path) in meshes.iter().zip(paths) {
+        // Mitsuba keeps vertices in single precision
+        files.push(ExportedFile { path, bytes: ply(std::slice::from_ref(mesh), Precision::Single) });
+    }
+    files.append(&mut pictures.files);
+    Ok(files)
+}
+
+/// A number and a name in letters that files and references can have.
+fn id(number: usize, name: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    format!("{number}_{}", name.chars().take(40).map(plain).collect::<String>())
+}
+
+fn material_id(scene: &SceneDescription, material: Option<usize>) -> String {
+    let named = material.map(|index| format!("material_{}", id(index, &scene.materials[index].name.value)));
+    named.unwrap_or_else(|| "material_default".to_owned())
+}
+
+/// All materials, and the default one if an object has it.
+fn materials(scene: &SceneDescription, pictures: &mut Pictures) -> io::Result<Vec<Element>> {
+    let used = |material: &Option<usize>| scene.objects.iter().any(|object| object.material == *material);
+    let all = std::iter::once(None).chain((0..scene.materials.len()).map(Some));
+    all.filter(used)
+        .map(|index| {
+            let material = index.map(|index| scene.materials[index].material.clone()).unwrap_or_default();
+            Ok(bsdf(&material, pictures)?.attribute("id", material_id(scene, index)))
+        })
+        .collect()
+}
+
+/// All lights but objects, which shine as shapes.
+fn lights(scene: &SceneDescription, pictures: &mut Pictures) -> io::Result<Vec<Element>> {
+    let mut elements = Vec::new();
+    for description in scene.lights_or_default() {
+        match description {
+            LightDescription::Complete(Light::Object { .. }) => {}
+            LightDescription::Complete(complete) => elements.push(light(&complete)),
+            LightDescription::Envmap { file, scale, to_world } => {
+                let path = pictures.take(&file.value)?;
+                elements.push(
+                    Element::plugin("emitter", "envmap")
+                        .string("filename", &path)
+                        .float("scale", scale)
+                        .transform("to_world", &DAffine3::from_mat3(to_world.matrix3)),
+                );
+            }
+        }
+    }
+    Ok(elements)
+}
+
+/// A light that needs no file.
+///
+/// # Panics
+/// For an environment map or an object.
+fn light(light: &Light) -> Element {
+    match light {
+        Light::Constant { radiance } => Element::plugin("emitter", "constant").rgb("radiance", *radiance),
+        Light::Point { position, intensity } => {
+            Element::plugin("emitter", "point").point("position", *position).rgb("intensity", *intensity)
+        }
+        Light::Directional { direction, irradiance } => Element::plugin("emitter", "directional")
+            .vector("direction", *direction)
+            .rgb("irradiance", *irradiance),
+        Light::Spot { to_world, intensity, cutoff_angle, beam_width } => Element::plugin("emitter", "spot")
+            .transform("to_world", to_world)
+            .rgb("intensity", *intensity)
+            .float("cutoff_angle", *cutoff_angle)
+            .float("beam_width", *beam_width),
+        Light::Rectangle { to_world, radiance } => area("rectangle", to_world, *radiance),
+        Light::Disk { to_world, radiance } => area("disk", to_world, *radiance),
+        Light::Sphere { to_world, radiance } => area("sphere", to_world, *radiance),
+        Light::Envmap { .. } | Light::Object { .. } => unreachable!("told apart before"),
+    }
+}
+
+/// A shape that emits and is black otherwise.
+fn area(shape: &str, to_world: &DAffine3, radiance: DVec3) -> Element {
+    Element::plugin("shape", shape)
+        .transform("to_world", to_world)
+        .child(Element::plugin("bsdf", "diffuse").rgb("reflectance", DVec3::ZERO))
+        .child(emitter(radiance))
+}
+
+fn emitter(radiance: DVec3) -> Element {
+    Element::plugin("emitter", "area").rgb("radiance", radiance)
+}
+
+/// Mitsuba's v of a PLY file runs downwards in textures, that of OBJ files upwards.
+fn flip_tex_coords() -> Element {
+    Element::new("boolean").attribute("name", "flip_tex_coords").attribute("value", "true")
+}
+
+fn sensor(
+    camera: &CameraSettings,
+    settings: &FilmSettings,
+    render: &RenderSettings,
+    bounds: [DVec3; 2],
+) -> Element {
+    let CameraSettings { origin, target, up, projection } = camera;
+    let look_at = Element::new("lookat")
+        .attribute("origin", triple(*origin))
+        .attribute("target", triple(*target))
+        .attribute("up", triple(*up));
+    let middle = 0.5 * (bounds[0] + bounds[1]);
+    let size = origin.distance(middle) + 0.5 * (bounds[1] - bounds[0]).length();
+    let mut to_world = Element::new("transform").attribute("name", "to_world");
+    let element = match projection {
+        Projection::Perspective { fov, fov_axis, lens } => {
+            let element = Element::plugin("sensor", if lens.is_some() { "thinlens" } else { "perspective" })
+                .float("fov", *fov)
+                .string("fov_axis", fov_axis.name());
+            match lens {
+                Some(lens) => element
+                    .float("aperture_radius", lens.aperture_radius)
+                    .float("focus_distance", lens.focus_distance),
+                None => element,
+            }
+        }
+        Projection::Orthographic { width } => {
+            let half = format!("{:?}", 0.5 * width);
+            to_world =
+                to_world.child(Element::new("scale").attribute("x", half.clone()).attribute("y", half));
+            Element::plugin("sensor", "orthographic")
+        }
+    };
+    element
+        .float("near_clip", CLIP[0] * size)
+        .float("far_clip", CLIP[1] * size)
+        .child(to_world.child(look_at))
+        .child(film(settings))
+        .child(sampler(render))
+}
+
+fn triple(point: DVec3) -> String {
+    format!("{:?} {:?} {:?}", point.x, point.y, point.z)
+}
+
+fn film(film: &FilmSettings) -> Element {
+    let FilmSettings { size, filter, crop } = film;
+    let mut element = Element::plugin("film", "hdrfilm").integer("width", size[0]).integer("height", size[1]);
+    if let Some([x, y, width, height]) = *crop {
+        element = element
+            .integer("crop_offset_x", x)
+            .integer("crop_offset_y", y)
+            .integer("crop_width", width)
+            .integer("crop_height", height);
+    }
+    let filter = Element::plugin("rfilter", filter.name());
+    element.string("pixel_format", "rgba").string("component_format", "float32").child(filter)
+}
+
+fn sampler(render: &RenderSettings) -> Element {
+    // Mitsuba's seeds have 32 bits; the random numbers are others anyway
+    let seed = render.seed & u64::from(u32::MAX);
+    Element::plugin("sampler", "independent")
+        .integer("sample_count", render.spp)
+        .integer("seed", i64::try_from(seed).unwrap_or_default())
+}
+
+fn integrator(render: &RenderSettings) -> Element {
+    let light = match render.integrator {
+        IntegratorKind::Path => Element::plugin("integrator", "path")
+            .integer("max_depth", render.max_depth)
+            .integer("rr_depth", render.rr_depth),
+        IntegratorKind::Direct => Element::plugin("integrator", "direct"),
+    };
+    let light = light.boolean("hide_emitters", render.hide_emitters);
+    let layers: Vec<_> = render.aovs.iter().copied().filter_map(layer).collect();
+    if layers.is_empty() {
+        return light;
+    }
+    Element::plugin("integrator", "aov")
+        .string("aovs", &layers.join(","))
+        .child(light.attribute("name", "image"))
+}
+
+/// Mitsuba's name of a layer and of what it shows, if it has it.
+const fn layer(aov: Aov) -> Option<&'static str> {
+    match aov {
+        Aov::Depth => Some("depth:depth"),
+        Aov::Position => Some("position:position"),
+        Aov::Normal => Some("normal:sh_normal"),
+        Aov::GeoNormal => Some("geo_normal:geo_normal"),
+        Aov::Uv => Some("uv:uv"),
+        Aov::Albedo => Some("albedo:albedo"),
+        Aov::St | Aov::Rest | Aov::Object | Aov::Face | Aov::Patch | Aov::Variance => None,
+    }
+}

@@ -1,0 +1,79 @@
+//! How far a triangle is from the exact surface.
+
+use glam::{DVec2, DVec3};
+
+use crate::patch::BezierPatch;
+
+/// Steps along each side of the grid of points at which a triangle is measured.
+const STEPS: usize = 4;
+
+/// The same for the triangles of the sub-polygons, where the surface may have more than one wave.
+const FIRST_STEPS: usize = 12;
+
+/// Cosine of the angle between a triangle and the surface below which the distance along the normal says too little.
+const OBLIQUE: f64 = 0.9;
+
+/// Greatest distances from the surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Distances {
+    /// Of the edges 0-1, 1-2 and 2-0.
+    pub(super) edges: [f64; 3],
+    /// Of the points inside.
+    pub(super) inside: f64,
+}
+
+impl Distances {
+    pub(super) fn greatest(&self) -> f64 {
+        self.edges.iter().fold(self.inside, |most, &edge| most.max(edge))
+    }
+
+    /// Takes a distance in; NaN counts as infinitely far.
+    fn add(&mut self, distance: f64, on: [bool; 3]) {
+        let distance = if distance.is_nan() { f64::INFINITY } else { distance };
+        if on == [false; 3] {
+            self.inside = self.inside.max(distance);
+        }
+        for (edge, on) in self.edges.iter_mut().zip(on) {
+            if on {
+                *edge = edge.max(distance);
+            }
+        }
+    }
+}
+
+/// Distances of a flat triangle from the surface over the triangle `st` of a patch's parameters, at the points of a grid and
+/// the centroid.
+///
+/// A point's distance is that from the surface's tangent plane at the same parameters, so that a point on the surface
+/// but not where its parameters would be counts as exact. Where the triangle leans away from the tangent plane, it
+/// is that from the surface's point.
+pub(super) fn distances(
+    patch: &BezierPatch,
+    st: [DVec2; 3],
+    corners: [DVec3; 3],
+    is_first: bool,
+) -> Distances {
+    let facet = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+    let distance = |weights: DVec3| {
+        let at = weights.x * st[0] + weights.y * st[1] + weights.z * st[2];
+        let flat = weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2];
+        let exact = patch.eval(at);
+        let normal = exact.dp_ds.cross(exact.dp_dt).normalize_or_zero();
+        let offset = flat - exact.position;
+        if normal.dot(facet).abs() > OBLIQUE { offset.dot(normal).abs() } else { offset.length() }
+    };
+    let steps = if is_first { FIRST_STEPS } else { STEPS };
+    let mut found = Distances::default();
+    found.add(distance(DVec3::splat(1.0 / 3.0)), [false; 3]);
+    for j in 0..=steps {
+        for i in 0..=steps - j {
+            let k = steps - i - j;
+            if i.max(j).max(k) == steps {
+                continue;
+            }
+            let weights = DVec3::new(k as f64, i as f64, j as f64) / steps as f64;
+            found.add(distance(weights), [j == 0, k == 0, i == 0]);
+        }
+    }
+    found
+}

@@ -1,0 +1,211 @@
+//! Halving edges until the triangles are close enough to the surface.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::{DVec2, DVec3};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+
+use super::corners::{Mesh, Triangle};
+use super::deviation::{Distances, distances};
+use super::{MAX_TRIANGLES, TessellateError, index};
+
+/// Most rounds of halving: 2^-48 of an edge is at the rounding of its points.
+const MAX_ROUNDS: usize = 48;
+
+/// Rounding of a distance between points, in parts of the greatest coordinate.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// A tessellation on its way.
+#[derive(Debug)]
+pub(super) struct Refinement<'a> {
+    pub(super) mesh: Mesh<'a>,
+    cancel: &'a AtomicBool,
+}
+
+/// A vertex in the middle of an edge. There are two if the surface is torn there.
+#[derive(Clone, Copy, Debug, Default)]
+struct Middles {
+    first: Option<u32>,
+    second: Option<u32>,
+}
+
+/// The middle of a triangle's edge: its vertex and parameters.
+type Middle = Option<(u32, DVec2)>;
+
+impl<'a> Refinement<'a> {
+    pub(super) fn new(mesh: Mesh<'a>, cancel: &'a AtomicBool) -> Self {
+        Self { mesh, cancel }
+    }
+
+    /// Halves edges until all triangles are within `tolerance` of the surface; returns how far they are.
+    ///
+    /// Of a triangle that is too far those edges are halved that are too far themselves, or, where only its inside is, the
+    /// longest.
+    pub(super) fn refine_to(&mut self, tolerance: f64) -> Result<f64, TessellateError> {
+        let farthest = self.mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        if tolerance < ROUNDING * farthest {
+            return Err(TessellateError::Unreachable { reached: ROUNDING * farthest });
+        }
+        for _ in 0..MAX_ROUNDS {
+            let measured: Vec<_> = self
+                .mesh
+                .triangles
+                .par_iter()
+                .map(|triangle| (!triangle.settled).then(|| self.distances(triangle)))
+                .collect();
+            let mut marked = HashSet::new();
+            for (triangle, distances) in self.mesh.triangles.iter_mut().zip(measured) {
+                let Some(distances) = distances else { continue };
+                triangle.settled = distances.greatest() <= tolerance;
+                if !triangle.settled {
+                    let marks = marks(&distances, tolerance, lengths_sq(&self.mesh.positions, triangle));
+                    let edges = edges_of(triangle.vertices).into_iter().zip(marks);
+                    marked.extend(edges.filter_map(|(edge, mark)| mark.then_some(ordered(edge))));
+                }
+            }
+            if marked.is_empty() {
+                return Ok(self.deviation());
+            }
+            self.halve(|edge| marked.contains(&edge))?;
+        }
+        Err(TessellateError::Unreachable { reached: self.deviation() })
+    }
+
+    /// Halves every edge.
+    pub(super) fn halve_all(&mut self) -> Result<(), TessellateError> {
+        if 4 * self.mesh.triangles.len() > MAX_TRIANGLES {
+            return Err(TessellateError::TooMany);
+        }
+        self.halve(|_| true)
+    }
+
+    /// How far the triangles are from the surface.
+    pub(super) fn deviation(&self) -> f64 {
+        let greatest = |triangle| self.distances(triangle).greatest();
+        self.mesh.triangles.par_iter().map(greatest).reduce(|| 0.0, f64::max)
+    }
+
+    fn distances(&self, triangle: &Triangle) -> Distances {
+        let patch = &self.mesh.parts[triangle.part as usize].patch.patch;
+        let corners = triangle.vertices.map(|vertex| self.mesh.positions[vertex as usize]);
+        distances(patch, triangle.st, corners, triangle.is_first)
+    }
+
+    /// Halves the edges that are marked, in all triangles that have them.
+    fn halve(&mut self, is_marked: impl Fn([u32; 2]) -> bool) -> Result<(), TessellateError> {
+        if self.cancel.load(Ordering::Relaxed) {
+            return Err(TessellateError::Interrupted);
+        }
+        let mut middles: HashMap<[u32; 2], Middles> = HashMap::new();
+        let before = std::mem::take(&mut self.mesh.triangles);
+        let mut after = Vec::with_capacity(2 * before.len());
+        for triangle in before {
+            let mut middle: [Middle; 3] = [None; 3];
+            for (edge, middle) in middle.iter_mut().enumerate() {
+                let ends = ordered([triangle.vertices[edge], triangle.vertices[(edge + 1) % 3]]);
+                if is_marked(ends) {
+                    let st = 0.5 * (triangle.st[edge] + triangle.st[(edge + 1) % 3]);
+                    *middle = Some((self.middle(&mut middles, ends, triangle.part, st), st));
+                }
+            }
+            if middle == [None; 3] {
+                after.push(triangle);
+            } else {
+                after.extend(split(&triangle, middle, &self.mesh.positions));
+            }
+            if after.len() > MAX_TRIANGLES {
+                return Err(TessellateError::TooMany);
+            }
+        }
+        self.mesh.triangles = after;
+        Ok(())
+    }
+
+    /// The vertex in the middle of an edge, shared by all triangles whose surface meets there.
+    fn middle(
+        &mut self,
+        middles: &mut HashMap<[u32; 2], Middles>,
+        edge: [u32; 2],
+        part: u32,
+        st: DVec2,
+    ) -> u32 {
+        let position = self.mesh.eval(part, st);
+        let known = middles.entry(edge).or_default();
+        for vertex in [known.first, known.second].into_iter().flatten() {
+            if self.mesh.positions[vertex as usize].distance(position) <= self.mesh.same_position {
+                return vertex;
+            }
+        }
+        self.mesh.positions.push(position);
+        let vertex = index(self.mesh.positions.len() - 1);
+        if known.first.is_none() {
+            known.first = Some(vertex);
+        } else {
+            known.second = Some(vertex);
+        }
+        vertex
+    }
+}
+
+/// The edges to halve of a triangle that is too far from the surface.
+fn marks(distances: &Distances, tolerance: f64, lengths_sq: [f64; 3]) -> [bool; 3] {
+    let far = distances.edges.map(|edge| edge > tolerance);
+    if far != [false; 3] {
+        return far;
+    }
+    // only the inside is too far: the longest edge
+    let longest = lengths_sq.iter().fold(0.0, |most: f64, &length| most.max(length));
+    lengths_sq.map(|length| length == longest)
+}
+
+/// The triangles that a triangle with vertices in the middle of its edges 0-1, 1-2 and 2-0 falls into.
+fn split(
+    triangle: &Triangle,
+    middle: [Middle; 3],
+    positions: &[DVec3],
+) -> impl Iterator<Item = Triangle> + use<> {
+    // turned so that the edges with a middle come first
+    let bits =
+        |turn: usize| (0..3).fold(0, |bits, edge| 2 * bits + u8::from(middle[(turn + edge) % 3].is_some()));
+    let turn = (0..3).max_by_key(|&turn| bits(turn)).unwrap_or(0);
+    let corner = |corner: usize| {
+        let corner = (corner + turn) % 3;
+        (triangle.vertices[corner], triangle.st[corner])
+    };
+    let [a, b, c] = [corner(0), corner(1), corner(2)];
+    let length_sq =
+        |p: (u32, DVec2), q: (u32, DVec2)| positions[p.0 as usize].distance_squared(positions[q.0 as usize]);
+    let cut = match [0, 1, 2].map(|edge| middle[(edge + turn) % 3]) {
+        [Some(ab), Some(bc), Some(ca)] => {
+            [Some([a, ab, ca]), Some([ab, b, bc]), Some([ca, bc, c]), Some([ab, bc, ca])]
+        }
+        // the rest is a quad, cut along its shorter diagonal
+        [Some(ab), Some(bc), None] if length_sq(a, bc) < length_sq(ab, c) => {
+            [Some([ab, b, bc]), Some([a, ab, bc]), Some([a, bc, c]), None]
+        }
+        [Some(ab), Some(bc), None] => [Some([ab, b, bc]), Some([a, ab, c]), Some([ab, bc, c]), None],
+        [Some(ab), None, None] => [Some([a, ab, c]), Some([ab, b, c]), None, None],
+        _ => [Some([a, b, c]), None, None, None],
+    };
+    let part = triangle.part;
+    cut.into_iter().flatten().map(move |corners| Triangle {
+        part,
+        vertices: corners.map(|corner| corner.0),
+        st: corners.map(|corner| corner.1),
+        settled: false,
+        is_first: false,
+    })
+}
+
+fn lengths_sq(positions: &[DVec3], triangle: &Triangle) -> [f64; 3] {
+    edges_of(triangle.vertices).map(|[a, b]| positions[a as usize].distance_squared(positions[b as usize]))
+}
+
+const fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]]
+}
+
+fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
