@@ -534,7 +534,7 @@ fn each_fault_gives_its_message() {
     let object = "[[object]]\nname = \"a\"\nmesh = \"a.obj\"\n";
     let ffd = "[[object.deform]]\ntype = \"ffd\"\ndegree = [2, 2, 2]\npoints = [4, 4, 5]\n";
     let cases = include_str!("faults.txt").split("=== ").skip(1);
-    let mut count = 0;
+    let (mut count, mut wrong) = (0, String::new());
     for case in cases {
         let (place, case) = case.split_once('\n').unwrap();
         let (messages, text): (Vec<&str>, Vec<&str>) =
@@ -550,9 +550,12 @@ fn each_fault_gives_its_message() {
         let want: Vec<String> =
             messages.iter().map(|message| message.replacen("-> ", "scenes/a.toml:", 1)).collect();
         let got = parse(&text).err().map_or_else(String::new, |error| error.to_string());
-        assert_eq!(got, want.join("\n"), "scene:\n{text}");
+        if got != want.join("\n") {
+            wrong += &format!("scene:\n{text}gives:\n{got}\nwant:\n{}\n\n", want.join("\n"));
+        }
         count += 1;
     }
+    assert!(wrong.is_empty(), "{wrong}");
     assert!(count > 120, "only {count} cases were found");
 }
 

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::microfacet::Microfacets;
-use super::{BsdfSample, BsdfValue, fresnel};
+use super::{BsdfSample, BsdfValue, fresnel, is_above};
 
 /// What a conductor reflects at an angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +28,7 @@ pub(in crate::shade) struct Conductor(pub(in crate::shade) Metal);
 
 impl Conductor {
     pub(super) fn sample(&self, to_viewer: DVec3) -> Option<BsdfSample> {
-        (to_viewer.z > 0.0).then(|| BsdfSample {
+        is_above(to_viewer).then(|| BsdfSample {
             to_light: DVec3::new(-to_viewer.x, -to_viewer.y, to_viewer.z),
             weight: self.0.reflectance(to_viewer.z),
             pdf: 1.0,
@@ -48,27 +48,28 @@ pub(in crate::shade) struct RoughConductor {
 impl RoughConductor {
     /// F D G / (4 cos(viewer)), as the cosine of the light cancels (Walter et al. 2007, eq. 20).
     pub(super) fn eval(&self, to_viewer: DVec3, to_light: DVec3) -> BsdfValue {
-        if !(to_viewer.z > 0.0 && to_light.z > 0.0) {
+        if !(is_above(to_viewer) && is_above(to_light)) {
             return BsdfValue::BLACK;
         }
         let m = (to_viewer + to_light).normalize();
         let pdf = self.pdf(to_viewer, m);
-        if !(pdf > 0.0) {
-            return BsdfValue::BLACK;
+        if pdf > 0.0 {
+            BsdfValue { value: self.weight(to_viewer, to_light, m) * pdf, pdf }
+        } else {
+            BsdfValue::BLACK
         }
-        BsdfValue { value: self.weight(to_viewer, to_light, m) * pdf, pdf }
     }
 
     /// Draws a facet that the viewer sees, and reflects.
     pub(super) fn sample(&self, to_viewer: DVec3, u: DVec2) -> Option<BsdfSample> {
-        if !(to_viewer.z > 0.0) {
+        if !is_above(to_viewer) {
             return None;
         }
         let m = self.facets.sample_visible(to_viewer, u);
         let to_light = fresnel::reflect(to_viewer, m);
         let pdf = self.pdf(to_viewer, m);
         let weight = self.weight(to_viewer, to_light, m);
-        (to_light.z > 0.0 && pdf > 0.0).then_some(BsdfSample {
+        (is_above(to_light) && pdf > 0.0).then_some(BsdfSample {
             to_light,
             weight,
             pdf,

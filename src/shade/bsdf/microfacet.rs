@@ -58,7 +58,8 @@ impl Microfacets {
     /// for Beckmann, the rational fit of eq. 27, within 0.35 %, as in Mitsuba).
     pub(super) fn masking(&self, direction: DVec3, m: DVec3) -> f64 {
         // the back of a facet is not seen from the front of the surface, nor its front from the back
-        if !(direction.dot(m) * direction.z > 0.0) {
+        let sides = direction.dot(m) * direction.z;
+        if sides.is_nan() || sides <= 0.0 {
             return 0.0;
         }
         let across_sq = (DVec2::new(direction.x, direction.y) * self.alpha).length_squared();

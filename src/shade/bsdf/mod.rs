@@ -68,6 +68,11 @@ impl BsdfSample {
     }
 }
 
+/// Whether a direction is on the normal's side; not along the surface, nor NaN.
+fn is_above(direction: DVec3) -> bool {
+    direction.z > 0.0
+}
+
 /// Brightness of a colour in linear sRGB, with Mitsuba's coefficients.
 pub(super) fn luminance(colour: DVec3) -> f64 {
     colour.dot(DVec3::new(0.212_671, 0.715_160, 0.072_169))

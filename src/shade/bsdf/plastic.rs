@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::microfacet::{MicrofacetDistribution, Microfacets};
 use super::quadrature::gauss_legendre;
-use super::{BsdfSample, BsdfValue, fresnel};
+use super::{BsdfSample, BsdfValue, fresnel, is_above};
 use crate::shade::warp;
 
 /// The coat's optics and colours at a point, for both kinds of coat.
@@ -49,7 +49,7 @@ pub(in crate::shade) struct Plastic(pub(in crate::shade) Coat);
 impl Plastic {
     /// The base alone: the coat's reflection is a delta distribution.
     pub(super) fn eval(&self, to_viewer: DVec3, to_light: DVec3) -> BsdfValue {
-        if !(to_viewer.z > 0.0 && to_light.z > 0.0) {
+        if !(is_above(to_viewer) && is_above(to_light)) {
             return BsdfValue::BLACK;
         }
         let reflected = self.reflected(to_viewer);
@@ -60,7 +60,7 @@ impl Plastic {
 
     /// Goes to the coat or to the base by their strengths.
     pub(super) fn sample(&self, to_viewer: DVec3, choice: f64, u: DVec2) -> Option<BsdfSample> {
-        if !(to_viewer.z > 0.0) {
+        if !is_above(to_viewer) {
             return None;
         }
         let reflected = self.reflected(to_viewer);
@@ -190,7 +190,7 @@ pub(in crate::shade) struct RoughPlastic<'a> {
 impl RoughPlastic<'_> {
     /// The facets' reflection and the base's.
     pub(super) fn eval(&self, to_viewer: DVec3, to_light: DVec3) -> BsdfValue {
-        if !(to_viewer.z > 0.0 && to_light.z > 0.0) {
+        if !(is_above(to_viewer) && is_above(to_light)) {
             return BsdfValue::BLACK;
         }
         let RoughCoat { facets, internal_reflectance, .. } = self.rough;
@@ -211,7 +211,7 @@ impl RoughPlastic<'_> {
 
     /// Goes to the coat or to the base by their strengths.
     pub(super) fn sample(&self, to_viewer: DVec3, choice: f64, u: DVec2) -> Option<BsdfSample> {
-        if !(to_viewer.z > 0.0) {
+        if !is_above(to_viewer) {
             return None;
         }
         let enters = self.rough.transmittance(to_viewer.z);

@@ -250,6 +250,9 @@ impl Principled {
     /// Diffuse and retroreflection (Burley 2015, section 3), the flat look of shallow subsurface scattering after Hanrahan
     /// and Krueger (1993), and sheen (Burley 2012, sections 5.3 and 5.5).
     fn diffuse(&self, pair: &Pair) -> DVec3 {
+        if self.opaque == 0.0 {
+            return DVec3::ZERO;
+        }
         let Parameters { base_color, roughness, metallic, flatness, sheen, sheen_tint, .. } = self.p;
         let [cos_viewer, cos_light] = [pair.to_viewer.z, pair.to_light.z];
         let (viewer, light) = (schlick_weight(cos_viewer), schlick_weight(cos_light));
@@ -262,9 +265,6 @@ impl Principled {
         let subsurface = 1.25 * (scattered * (1.0 / (cos_light + cos_viewer) - 0.5) + 0.5);
         let shape = lambert + retro + (subsurface - lambert - retro) * flatness;
         let base = base_color * (self.opaque * FRAC_1_PI * shape);
-        if !(self.opaque > 0.0) {
-            return DVec3::ZERO;
-        }
         let sheen_colour = DVec3::ONE + (tint(base_color) - 1.0) * sheen_tint;
         let sheen = sheen_colour * (sheen * (1.0 - metallic) * schlick_weight(cos_facet.abs()));
         (base + sheen) * cos_light
