@@ -52,6 +52,7 @@ impl Picture {
         Self { size, radiance, variance }
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "the file is in single precision")]
     fn write(&self, path: &Path) {
         let pixels = self.size[0] * self.size[1];
         write_rgb_file(path, self.size[0], self.size[1], |x, y| {
