@@ -1,6 +1,7 @@
 //! Pictures against those of Mitsuba 3 in `refs`, by statistics: no difference that the noise does not explain.
 //!
-//! `refs/make.sh` renders the references from this program's exports. Every scene of `refs/scenes` has one.
+//! `refs/make.sh` renders the references from this program's exports. Every scene of `refs/scenes` has one, and asks for as
+//! many samples as it takes for the variance that they show to be true.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -14,9 +15,6 @@ use trimray::film::Aov;
 use trimray::render::{RenderControl, Rendered, render};
 use trimray::scene::{SceneDescription, parse_scene};
 use trimray::shade::{Camera, ShadingScene};
-
-/// Samples for each pixel.
-const SPP: u32 = 192;
 
 /// Another one than any of Mitsuba's.
 const SEED: u64 = 4711;
@@ -54,6 +52,7 @@ impl Picture {
         Self { size, radiance, variance }
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "the file is in single precision")]
     fn write(&self, path: &Path) {
         let pixels = self.size[0] * self.size[1];
         write_rgb_file(path, self.size[0], self.size[1], |x, y| {
@@ -102,7 +101,6 @@ fn fnv(scene: &SceneDescription) -> String {
 }
 
 fn ours(mut scene: SceneDescription) -> Picture {
-    scene.render.spp = SPP;
     scene.render.seed = SEED;
     scene.render.aovs = vec![Aov::Variance];
     let built = scene.build().unwrap();
