@@ -9,12 +9,14 @@ from pathlib import Path
 FOLDER = Path(__file__).parent / "scenes" / "meshes"
 
 
-def write(name, title, vertices, coordinates, faces):
-    """An OBJ file; faces are lists of (vertex, texture coordinate), counted from 0."""
+def write(name, title, vertices, coordinates, faces, normals=()):
+    """An OBJ file; faces are lists of (vertex, texture coordinate), counted from 0; normals are the vertices'."""
     lines = [f"# {title}"]
     lines += ["v " + " ".join(f"{x:.9g}" for x in vertex) for vertex in vertices]
     lines += ["vt " + " ".join(f"{x:.9g}" for x in pair) for pair in coordinates]
-    lines += ["f " + " ".join(f"{v + 1}/{t + 1}" for v, t in face) for face in faces]
+    lines += ["vn " + " ".join(f"{x:.9g}" for x in normal) for normal in normals]
+    normal = lambda v: f"/{v + 1}" if normals else ""
+    lines += ["f " + " ".join(f"{v + 1}/{t + 1}{normal(v)}" for v, t in face) for face in faces]
     (FOLDER / name).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -59,6 +61,10 @@ def ball(rings=8, sectors=12):
             # the outside is counter-clockwise; at the poles two corners are one
             faces.append([c for k, c in enumerate(face) if c[0] not in [d[0] for d in face[:k]]])
     write("ball.obj", "a ball of flat faces", vertices, coordinates, faces)
+    normals = [(2 * x, 2 * y, 2 * z - 1) for x, y, z in vertices]
+    # of quads two renderers may make different triangles, between whose normals they interpolate differently
+    triangles = [[face[0], face[k], face[k + 1]] for face in faces for k in range(1, len(face) - 1)]
+    write("ball_normals.obj", "a ball of triangles with a sphere's normals", vertices, coordinates, triangles, normals)
 
 
 grid("floor.obj", "a square, face up", 1, 3, 3)

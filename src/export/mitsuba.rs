@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3};
 use super::meshes::{NamedMesh, Precision, ply};
 use super::mitsuba_material::bsdf;
 use super::xml::Element;
-use crate::film::{Aov, FilmSettings};
+use crate::film::{Aov, FilmSettings, Filter};
 use crate::scene::{BuiltScene, Choice, LightDescription, SceneDescription};
 use crate::shade::{CameraSettings, IntegratorKind, Light, Projection, RenderSettings};
 
@@ -256,7 +256,9 @@ fn film(film: &FilmSettings) -> Element {
             .integer("crop_offset_x", x)
             .integer("crop_offset_y", y)
             .integer("crop_width", width)
-            .integer("crop_height", height);
+            .integer("crop_height", height)
+            // the filter reaches out of the crop
+            .boolean("sample_border", *filter != Filter::Box);
     }
     let filter = Element::plugin("rfilter", filter.name());
     element.string("pixel_format", "rgba").string("component_format", "float32").child(filter)

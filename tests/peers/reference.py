@@ -105,7 +105,9 @@ def write(scene):
 
 def render_ours(scene):
     """The same by trimray; the scene's copy asks for the variance."""
-    text = scene.read_text(encoding="utf-8").replace('"meshes/', f'"{scene.parent.resolve()}/meshes/')
+    text = scene.read_text(encoding="utf-8")
+    for folder in ["meshes", "pictures"]:
+        text = text.replace(f'"{folder}/', f'"{scene.parent.resolve()}/{folder}/')
     text, count = re.subn(r"(?m)^\[render\]\n", '[render]\naovs = ["variance"]\n', text)
     fail_unless(count == 1, "the scene has one [render] table and asks for no AOVs")
     with tempfile.TemporaryDirectory() as folder:
