@@ -60,7 +60,7 @@ pub(super) fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
     let name = name.to_lowercase();
     known
         .iter()
-        .map(|known| (strsim::damerau_levenshtein(&name, known), *known))
+        .map(|known| (strsim::damerau_levenshtein(&name, &known.to_lowercase()), *known))
         // a third of the letters wrong still reads as the word meant; one of two does not
         .filter(|(distance, known)| *distance <= known.chars().count().div_ceil(3).min(3))
         .filter(|(distance, known)| *distance < known.chars().count())

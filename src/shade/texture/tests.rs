@@ -5,7 +5,7 @@ use TextureWrap::{Clamp, Mirror, Repeat};
 /// Texture coordinates, colour and number there.
 type Row = ([f64; 2], [f64; 3], f64);
 
-/// Printed by Mitsuba 3.9.1, scalar_rgb, of [`picture`], at (u, 1 - v) as it has them for OBJ files.
+/// Printed by Mitsuba 3.9.1, variant `scalar_rgb`, of [`picture`], at (u, 1 - v) as it has them for OBJ files.
 const BITMAPS: &[(TextureFilter, TextureWrap, bool, &[Row])] = &[
     (
         Bilinear,

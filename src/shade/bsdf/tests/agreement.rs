@@ -121,7 +121,7 @@ fn assert_deltas(name: &str, model: &Model<'_>, rows: &[DeltaRow]) {
 }
 
 #[test]
-fn delta_distributions() {
+fn smooth_conductors() {
     let copper = Model::Conductor(Conductor(named_metal("Cu", rgb(0.9, 0.8, 0.7))));
     let down = direction(110.0, 0.0);
     assert_eq!(copper.sample(down, 0.5, DVec2::splat(0.5)), None, "black from below");
@@ -147,6 +147,10 @@ fn delta_distributions() {
             ),
         ],
     );
+}
+
+#[test]
+fn smooth_dielectrics_and_coats() {
     assert_deltas(
         "glass",
         &Model::Dielectric(Dielectric(tinted(index("bk7") / index("air")))),
