@@ -23,9 +23,9 @@ const TOLERANCE: f64 = 1e-4;
 const MITSUBA_FOLDER: OwnFolder<'static> = OwnFolder { is_own: is_mitsuba_export, names: MITSUBA_NAMES };
 
 #[derive(Debug, Args)]
-#[command(after_help = "Examples: trimray export scenes/feng_fig07.toml -o cube.json
-          trimray export scenes/feng_fig07.toml -o cube.ply --tolerance 1e-5
-          trimray export scenes/feng_fig07.toml --format mitsuba -o cube_mitsuba")]
+#[command(after_help = "Example: trimray export scenes/feng_fig07.toml -o cube.json
+         trimray export scenes/feng_fig07.toml -o cube.ply --tolerance 1e-5
+         trimray export scenes/feng_fig07.toml --format mitsuba -o cube_mitsuba")]
 pub(super) struct ExportArgs {
     #[command(flatten)]
     scene: SceneArgs,
