@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::export::to_json;
 use crate::patch::TrimmedPatch;
-use crate::scene::{BuiltScene, SceneDescription};
+use crate::scene::{BuiltScene, ObjectDescription, SceneDescription};
 use crate::spline::{Orientation, SplineVolume, orientation};
 
 use super::statistics::{Acceleration, Sample, readable};
@@ -37,7 +37,7 @@ struct Info {
 #[derive(Debug, Serialize)]
 struct ObjectInfo {
     name: String,
-    method: &'static str,
+    method: String,
     faces: usize,
     triangles: usize,
     subpolygons: usize,
@@ -81,7 +81,8 @@ pub(super) fn run(args: &InfoArgs) -> Result<(), CliError> {
 }
 
 fn gather(scene: &SceneDescription, built: &BuiltScene) -> Result<Info, CliError> {
-    let objects: Vec<_> = (0..built.objects.len()).map(|object| object_info(built, object)).collect();
+    let objects: Vec<_> =
+        scene.objects.iter().enumerate().map(|(i, object)| object_info(built, i, object)).collect();
     let accel = Acceleration::of(built);
     let times = &built.times;
     Ok(Info {
@@ -98,7 +99,7 @@ fn gather(scene: &SceneDescription, built: &BuiltScene) -> Result<Info, CliError
     })
 }
 
-fn object_info(built: &BuiltScene, object: usize) -> ObjectInfo {
+fn object_info(built: &BuiltScene, object: usize, description: &ObjectDescription) -> ObjectInfo {
     let (traced, made) = (&built.traced.objects()[object], &built.objects[object]);
     let mut degrees: BTreeMap<String, usize> = BTreeMap::new();
     for patch in &traced.patches {
@@ -109,7 +110,7 @@ fn object_info(built: &BuiltScene, object: usize) -> ObjectInfo {
         made.volume.as_ref().map_or((true, 0), |volume| folds(volume, &traced.patches));
     ObjectInfo {
         name: traced.name.clone(),
-        method: "exact",
+        method: description.method.to_string(),
         faces: made.notes.faces,
         triangles: made.notes.triangles,
         subpolygons: made.subpolygons,
@@ -146,7 +147,7 @@ fn table(info: &Info) -> String {
     };
     for object in &info.objects {
         line("object", object.name.clone());
-        line("  method", object.method.into());
+        line("  method", object.method.clone());
         line("  input", format!("{} faces, {} triangles", object.faces, object.triangles));
         line("  sub-polygons", object.subpolygons.to_string());
         let degrees: Vec<_> =

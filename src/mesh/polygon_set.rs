@@ -52,6 +52,23 @@ impl PolygonSet {
         self.starts.push(end);
     }
 
+    /// The set of triangles: each the face it comes from, its corners, and their texture coordinates if there are any.
+    /// Triangles without area are left out.
+    pub fn from_triangles(
+        triangles: impl IntoIterator<Item = (u32, [DVec3; 3], Option<[DVec2; 3]>)>,
+    ) -> Self {
+        let mut set = Self::new();
+        for (face, positions, uvs) in triangles {
+            let [a, b, c] = positions;
+            let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
+            let first = u32::try_from(set.positions.len()).expect("fewer than 2^32 corners fit in memory");
+            let corners = [first, first + 1, first + 2];
+            let uvs = uvs.as_ref().map_or(&[][..], |uvs| &uvs[..]);
+            set.push(Polygon { face, normal, positions: &positions, uvs, corners: &corners });
+        }
+        set
+    }
+
     /// Number of polygons.
     #[must_use]
     pub fn len(&self) -> usize {

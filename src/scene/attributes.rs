@@ -57,17 +57,8 @@ impl VertexAttributes for PolygonAttributes {
 
     fn uv_gradients(&self, polygon: u32, rest: DVec3) -> Option<[DVec3; 2]> {
         let polygon = self.polygons.polygon(polygon as usize);
-        if polygon.uvs.is_empty() {
-            return None;
-        }
         let (triangle, _) = fan_triangle(&polygon, rest);
-        let [a, b, c] = triangle.map(|corner| polygon.positions[corner]);
-        let [ua, ub, uc] = triangle.map(|corner| polygon.uvs[corner]);
-        // of a function that is 0 at a: values at b and c times the gradients of their barycentric coordinates
-        let area = polygon.normal.dot((b - a).cross(c - a));
-        let of_b = (c - a).cross(polygon.normal) / area;
-        let of_c = polygon.normal.cross(b - a) / area;
-        Some([0, 1].map(|axis| (ub - ua)[axis] * of_b + (uc - ua)[axis] * of_c))
+        uv_gradients(&polygon, triangle)
     }
 
     /// The corners' normals interpolated, then transformed by the cofactors of the deformation's Jacobian, as the normal of
@@ -86,6 +77,20 @@ impl VertexAttributes for PolygonAttributes {
     }
 }
 
+/// Gradients of the texture coordinates over a triangle of a polygon's corners, if there are any.
+pub(super) fn uv_gradients(polygon: &Polygon<'_>, triangle: [usize; 3]) -> Option<[DVec3; 2]> {
+    if polygon.uvs.is_empty() {
+        return None;
+    }
+    let [a, b, c] = triangle.map(|corner| polygon.positions[corner]);
+    let [ua, ub, uc] = triangle.map(|corner| polygon.uvs[corner]);
+    // of a function that is 0 at a: values at b and c times the gradients of their barycentric coordinates
+    let area = polygon.normal.dot((b - a).cross(c - a));
+    let of_b = (c - a).cross(polygon.normal) / area;
+    let of_c = polygon.normal.cross(b - a) / area;
+    Some([0, 1].map(|axis| (ub - ua)[axis] * of_b + (uc - ua)[axis] * of_c))
+}
+
 /// The triangle of a polygon's fan that holds a point, and the point's barycentric coordinates in it.
 fn fan_triangle(polygon: &Polygon<'_>, rest: DVec3) -> ([usize; 3], DVec3) {
     let mut best = ([0, 1, 2], barycentric(polygon, 1, rest));
@@ -99,7 +104,7 @@ fn fan_triangle(polygon: &Polygon<'_>, rest: DVec3) -> ([usize; 3], DVec3) {
 }
 
 /// Barycentric coordinates of a point in triangle (0, i, i + 1) of a polygon's fan.
-fn barycentric(polygon: &Polygon<'_>, i: usize, point: DVec3) -> DVec3 {
+pub(super) fn barycentric(polygon: &Polygon<'_>, i: usize, point: DVec3) -> DVec3 {
     let [a, b, c] = [0, i, i + 1].map(|corner| polygon.positions[corner]);
     let area = polygon.normal.dot((b - a).cross(c - a));
     let of_b = polygon.normal.dot((point - a).cross(c - a)) / area;

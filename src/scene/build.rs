@@ -14,14 +14,15 @@ use crate::shade::{
     CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
 };
 use crate::spline::{ControlLattice, SplineVolume};
-use crate::trace::{TracedObject, TracedScene};
+use crate::trace::{TracedObject, TracedScene, VertexAttributes};
 
 use super::attributes::{CarriedNormals, PolygonAttributes};
 use super::description::{
-    Edit, FfdDescription, LightDescription, MoveTo, ObjectDescription, Outside, SceneDescription,
+    Edit, FfdDescription, LightDescription, Method, MoveTo, ObjectDescription, Outside, SceneDescription,
 };
 use super::diagnostic::{Diagnostic, Located, Location, SceneError};
 use super::lattice_file::read_lattice;
+use super::pointwise::{Pointwise, deform_pointwise};
 
 /// A flat axis of an object's box is widened by this part of the box's longest side to both sides, so that the lattice
 /// has room to bend.
@@ -199,23 +200,37 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
     let load = started.elapsed();
     let ffd = object.deform.first();
     let volume = ffd.map(|ffd| deformed_volume(&scene.path, ffd, bounds)).transpose()?;
-    let made = deform(&polygons, volume.as_ref(), ffd.map(|ffd| &ffd.value)).map_err(|message| {
-        fault(
-            ffd.map_or(object.name.location, |ffd| ffd.location),
-            format!("object {:?}: {message}", object.name.value),
-        )
-    })?;
-    let DeformedPolygons { patches, subpolygons, times } = made;
+    let of_object = |message: String| {
+        let location = ffd.map_or(object.name.location, |ffd| ffd.location);
+        fault(location, format!("object {:?}: {message}", object.name.value))
+    };
     let normals =
         object.vertex_normals.then(|| CarriedNormals::new(&mesh, object.transform.matrix3, volume.clone()));
-    let attributes = Box::new(PolygonAttributes { polygons, normals });
-    let mut hasher = blake3::Hasher::new();
-    for number in attributes.numbers() {
-        hasher.update(&number.to_le_bytes());
-    }
-    let attributes_hash = *hasher.finalize().as_bytes();
+    let attributes = PolygonAttributes { polygons, normals };
+    let (made, attributes, attributes_hash): (_, Box<dyn VertexAttributes>, _) = match object.method {
+        Method::Exact => {
+            let made = deform(&attributes.polygons, volume.as_ref(), ffd.map(|ffd| &ffd.value));
+            let hash = hash_of(attributes.numbers());
+            (made.map_err(of_object)?, Box::new(attributes), hash)
+        }
+        Method::Pointwise { level } => {
+            let Pointwise { made, attributes } =
+                deform_pointwise(&attributes, volume.as_ref(), level).map_err(of_object)?;
+            let hash = hash_of(attributes.numbers());
+            (made, Box::new(attributes), hash)
+        }
+    };
+    let DeformedPolygons { patches, subpolygons, times } = made;
     let traced = TracedObject { name: object.name.value.clone(), patches, attributes };
     Ok(MadeObject { traced, built: BuiltObject { notes, volume, subpolygons, attributes_hash }, load, times })
+}
+
+fn hash_of(numbers: impl Iterator<Item = f64>) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    for number in numbers {
+        hasher.update(&number.to_le_bytes());
+    }
+    *hasher.finalize().as_bytes()
 }
 
 /// A textured material needs texture coordinates on every face.

@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec3};
 
 use super::diagnostic::Located;
 use super::names::{Choice, lookup};
+use super::pointwise::MAX_LEVEL;
 use crate::film::FilmSettings;
 use crate::shade::{CameraSettings, Light, Material, RenderSettings};
 use crate::spline::{Axis, SignedAxis};
@@ -99,6 +100,20 @@ pub enum Method {
     /// Trimmed Bézier patches, without approximation.
     #[default]
     Exact,
+    /// Flat triangles, each of the mesh's split into 4^level, with their corners alone deformed.
+    Pointwise {
+        /// How often triangles are split.
+        level: u32,
+    },
+}
+
+impl std::fmt::Display for Method {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Exact => write!(formatter, "exact"),
+            Self::Pointwise { level } => write!(formatter, "pointwise:{level}"),
+        }
+    }
 }
 
 impl FromStr for Method {
@@ -110,10 +125,16 @@ impl FromStr for Method {
             Some((name, parameter)) => (name, Some(parameter)),
             None => (text, None),
         };
-        lookup("method", &["exact"], name)?;
-        match parameter {
-            None => Ok(Self::Exact),
-            Some(_) => Err("method exact takes no parameter: write exact alone".to_owned()),
+        match (lookup("method", &["exact", "pointwise"], name)?, parameter) {
+            (0, None) => Ok(Self::Exact),
+            (0, Some(_)) => Err("method exact takes no parameter: write exact alone".to_owned()),
+            (_, parameter) => {
+                let level =
+                    parameter.and_then(|level| level.parse().ok()).filter(|&level| level <= MAX_LEVEL);
+                level.map(|level| Self::Pointwise { level }).ok_or_else(|| {
+                    format!("method pointwise needs how often triangles are split, 0 to {MAX_LEVEL}: write pointwise:2")
+                })
+            }
         }
     }
 }
@@ -232,9 +253,13 @@ mod tests {
     fn methods_parse() {
         assert_eq!("exact".parse(), Ok(Method::Exact));
         for (text, message) in [
-            ("exat", r#"unknown method "exat" (known: exact); did you mean "exact"?"#),
+            ("exat", r#"unknown method "exat" (known: exact, pointwise); did you mean "exact"?"#),
             ("exact:2", "method exact takes no parameter: write exact alone"),
-            ("pointwise:3", r#"method "pointwise" is not available in this version (available: exact)"#),
+            ("pointwise", "method pointwise needs how often triangles are split, 0 to 12: write pointwise:2"),
+            (
+                "pointwise:13",
+                "method pointwise needs how often triangles are split, 0 to 12: write pointwise:2",
+            ),
         ] {
             assert_eq!(text.parse::<Method>(), Err(message.to_owned()));
         }

@@ -8,6 +8,7 @@ mod film_area;
 mod lattice_file;
 mod names;
 mod parse;
+mod pointwise;
 mod reader;
 mod source;
 mod transform;

@@ -24,7 +24,7 @@ const KEYS: &[LaterKey] = &[
 ];
 
 /// Names that this version refuses, by what they choose.
-const NAMES: &[(&str, &[&str])] = &[("deform type", &["extension"]), ("method", &["pointwise", "adaptive"])];
+const NAMES: &[(&str, &[&str])] = &[("deform type", &["extension"]), ("method", &["adaptive"])];
 
 /// Kinds of textured colour that this version refuses for lights, written `{ kind = … }`.
 pub(super) const TEXTURES: &[&str] = &["texture", "checkerboard"];

@@ -31,6 +31,12 @@ pub trait VertexAttributes: Send + Sync + std::fmt::Debug {
     /// A unit normal for shading, in the deformed space, if it is not the surface's own; `cell` is the knot box of the
     /// point, if it is in the lattice.
     fn normal(&self, polygon: u32, rest: DVec3, cell: Option<Cell>) -> Option<DVec3>;
+
+    /// The place on the undeformed object of a point in a patch's frame: the point itself, unless the patches are made of
+    /// polygons that were deformed before.
+    fn rest(&self, _polygon: u32, place: DVec3) -> DVec3 {
+        place
+    }
 }
 
 /// The attributes of an object whose mesh has none.
@@ -270,7 +276,7 @@ impl TracedScene {
             patch: hit.patch,
             st: hit.st,
             uv: object.attributes.uv(hit.polygon, rest),
-            rest,
+            rest: object.attributes.rest(hit.polygon, rest),
             position: point.position,
             position_error: position_error(&trimmed.patch),
             normal,

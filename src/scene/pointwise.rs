@@ -1,0 +1,151 @@
+//! Pointwise free-form deformation: only the corners of split triangles are moved (Sederberg and Parry 1986), for comparison.
+
+use glam::{DVec2, DVec3};
+
+use super::attributes::{PolygonAttributes, barycentric};
+use crate::mesh::{Polygon, PolygonSet};
+use crate::patch::{Deformation, DeformedPolygons, PlanarPolygon, deform_polygons};
+use crate::spline::{Cell, SplineVolume};
+use crate::trace::VertexAttributes;
+
+/// Most triangles of an object.
+const MAX_TRIANGLES: usize = 20_000_000;
+
+/// Greatest number of splittings.
+pub(super) const MAX_LEVEL: u32 = 12;
+
+/// An object whose triangles' corners alone are deformed.
+pub(super) struct Pointwise {
+    /// One flat patch for each group of triangles in one plane.
+    pub(super) made: DeformedPolygons,
+    /// What is looked up at hits.
+    pub(super) attributes: PointwiseAttributes,
+}
+
+/// The attributes of the triangles' corners, linear between them.
+#[derive(Debug)]
+pub(super) struct PointwiseAttributes {
+    triangles: PolygonSet,
+    /// Corners on the undeformed object, and the normals carried to the deformed ones.
+    rest: Vec<[DVec3; 3]>,
+    normals: Vec<[Option<DVec3>; 3]>,
+}
+
+/// A corner of a small triangle.
+#[derive(Clone, Copy)]
+struct Corner {
+    rest: DVec3,
+    uv: DVec2,
+}
+
+/// Splits each triangle of the polygons' fans into 4^level and moves the corners.
+///
+/// # Errors
+/// If there would be too many triangles, or a patch cannot be made.
+pub(super) fn deform_pointwise(
+    source: &PolygonAttributes,
+    volume: Option<&SplineVolume>,
+    level: u32,
+) -> Result<Pointwise, String> {
+    let fans: usize = source.polygons.iter().map(|polygon| polygon.positions.len() - 2).sum();
+    let each = 4_usize.saturating_pow(level);
+    if fans.saturating_mul(each) > MAX_TRIANGLES {
+        return Err(format!(
+            "pointwise:{level} would make more than {MAX_TRIANGLES} triangles; a lower level would do"
+        ));
+    }
+    let moved =
+        |rest: DVec3| volume.and_then(|volume| volume.eval(rest)).map_or(rest, |point| point.position);
+    let (mut triangles, mut rest, mut normals) = (Vec::new(), Vec::new(), Vec::new());
+    for (index, polygon) in (0..).zip(source.polygons.iter()) {
+        for fan in fan_triangles(&polygon) {
+            for corners in split(fan, level) {
+                let positions = corners.map(|corner| moved(corner.rest));
+                let [a, b, c] = positions;
+                // as the set of triangles does
+                if (b - a).cross(c - a).try_normalize().is_none() {
+                    continue;
+                }
+                let uvs = (!polygon.uvs.is_empty()).then(|| corners.map(|corner| corner.uv));
+                triangles.push((polygon.face, positions, uvs));
+                rest.push(corners.map(|corner| corner.rest));
+                normals.push(corners.map(|corner| {
+                    let cell = volume.and_then(|volume| volume.cell(corner.rest));
+                    source.normal(index, corner.rest, cell)
+                }));
+            }
+        }
+    }
+    let triangles = PolygonSet::from_triangles(triangles);
+    let planar: Vec<_> = triangles
+        .iter()
+        .map(|triangle| PlanarPolygon { face: triangle.face, corners: triangle.positions })
+        .collect();
+    let made = deform_polygons(&planar, Deformation::default()).map_err(|error| error.to_string())?;
+    Ok(Pointwise { made, attributes: PointwiseAttributes { triangles, rest, normals } })
+}
+
+fn fan_triangles<'p>(polygon: &'p Polygon<'_>) -> impl Iterator<Item = [Corner; 3]> + use<'p> {
+    let corner = |i: usize| Corner {
+        rest: polygon.positions[i],
+        uv: polygon.uvs.get(i).copied().unwrap_or(DVec2::NAN),
+    };
+    (1..polygon.positions.len() - 1).map(move |i| [corner(0), corner(i), corner(i + 1)])
+}
+
+/// The 4^level triangles between the points that divide each side into 2^level.
+fn split([a, b, c]: [Corner; 3], level: u32) -> impl Iterator<Item = [Corner; 3]> {
+    let n = 1_u32 << level;
+    // so written, both triangles of an edge have the same bits on it
+    let at = move |i: u32, j: u32| {
+        let [u, v, w] = [n - i - j, i, j].map(|k| f64::from(k) / f64::from(n));
+        Corner { rest: a.rest * u + b.rest * v + c.rest * w, uv: a.uv * u + b.uv * v + c.uv * w }
+    };
+    (0..n).flat_map(move |i| {
+        (0..n - i).flat_map(move |j| {
+            let up = [at(i, j), at(i + 1, j), at(i, j + 1)];
+            let down = (i + j + 1 < n).then(|| [at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            std::iter::once(up).chain(down)
+        })
+    })
+}
+
+impl PointwiseAttributes {
+    /// All numbers that decide what is looked up, besides the triangles' places.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
+        let uvs = self.triangles.iter().flat_map(|triangle| triangle.uvs).flat_map(|uv| uv.to_array());
+        let normals = self.normals.iter().flatten().flatten().flat_map(|normal| normal.to_array());
+        uvs.chain(normals)
+    }
+
+    fn weights(&self, polygon: u32, place: DVec3) -> DVec3 {
+        barycentric(&self.triangles.polygon(polygon as usize), 1, place)
+    }
+}
+
+impl VertexAttributes for PointwiseAttributes {
+    fn uv(&self, polygon: u32, place: DVec3) -> DVec2 {
+        let triangle = self.triangles.polygon(polygon as usize);
+        let weights = self.weights(polygon, place);
+        match *triangle.uvs {
+            [a, b, c] => a * weights.x + b * weights.y + c * weights.z,
+            _ => DVec2::NAN,
+        }
+    }
+
+    fn uv_gradients(&self, polygon: u32, _place: DVec3) -> Option<[DVec3; 2]> {
+        super::attributes::uv_gradients(&self.triangles.polygon(polygon as usize), [0, 1, 2])
+    }
+
+    fn normal(&self, polygon: u32, place: DVec3, _cell: Option<Cell>) -> Option<DVec3> {
+        let [Some(a), Some(b), Some(c)] = self.normals[polygon as usize] else { return None };
+        let weights = self.weights(polygon, place);
+        (a * weights.x + b * weights.y + c * weights.z).try_normalize()
+    }
+
+    fn rest(&self, polygon: u32, place: DVec3) -> DVec3 {
+        let [a, b, c] = self.rest[polygon as usize];
+        let weights = self.weights(polygon, place);
+        a * weights.x + b * weights.y + c * weights.z
+    }
+}
