@@ -149,3 +149,71 @@ impl VertexAttributes for PointwiseAttributes {
         a * weights.x + b * weights.y + c * weights.z
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use crate::scene::{BuiltScene, parse_scene};
+    use crate::test_support::Noise;
+    use crate::trace::{Geometry, Ray, SurfaceInteraction};
+    use glam::DVec3;
+
+    const CUBE: &str = include_str!("../../scenes/meshes/feng_fig07_cube.obj");
+
+    fn built(method: &str) -> BuiltScene {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("a.obj"), CUBE).unwrap();
+        let scene = format!(
+            "[[object]]\nname = \"a\"\nmesh = \"a.obj\"\nmethod = \"{method}\"\n\
+             [[object.deform]]\ntype = \"ffd\"\ndegree = [2, 2, 2]\npoints = [4, 4, 4]\n\
+             [[object.deform.edit]]\ntwist = {{ axis = \"z\", angle = 60 }}\n"
+        );
+        let path = folder.path().join("a.toml");
+        fs::write(&path, scene).unwrap();
+        parse_scene(&path).unwrap().build().unwrap()
+    }
+
+    fn hits(built: &BuiltScene) -> Vec<SurfaceInteraction> {
+        let mut noise = Noise(5);
+        let middle = DVec3::splat(0.5);
+        let ray = |_| {
+            let from = middle + 3.0 * noise.unit_vector();
+            Ray::new(from, middle + 0.5 * noise.vector() - from)
+        };
+        (0..3000).map(ray).filter_map(|ray| built.traced.closest_hit(&ray)).collect()
+    }
+
+    #[test]
+    fn the_error_falls_by_four_with_each_level() {
+        let exact = built("exact");
+        let volume = exact.objects[0].volume.as_ref().unwrap();
+        // how far a hit is from where the volume takes its place on the undeformed cube
+        let error = |built: &BuiltScene| {
+            let off = |hit: SurfaceInteraction| {
+                let rest = hit.rest.clamp(DVec3::ZERO, DVec3::ONE);
+                assert!(rest.distance(hit.rest) < 1e-12, "{} is off the cube", hit.rest);
+                volume.eval(rest).unwrap().position.distance(hit.position)
+            };
+            let hits = hits(built);
+            assert!(hits.len() > 1000);
+            hits.into_iter().map(off).fold(0.0, f64::max)
+        };
+        assert!(error(&exact) < 1e-12);
+        let errors: Vec<f64> = (0..5).map(|level| error(&built(&format!("pointwise:{level}")))).collect();
+        assert!(errors[0] > 0.05, "{errors:?}");
+        for pair in errors[1..].windows(2) {
+            assert!((pair[0] / pair[1] - 4.0).abs() < 0.4, "{errors:?}");
+        }
+    }
+
+    #[test]
+    fn levels_split_triangles_into_fours() {
+        for level in 0..4 {
+            let built = built(&format!("pointwise:{level}"));
+            let loops: usize = built.traced.objects()[0].patches.iter().map(|p| p.trim.loops().len()).sum();
+            assert_eq!(loops, 12 * 4_usize.pow(level));
+            assert!(hits(&built).iter().all(|hit| hit.face < 12));
+        }
+    }
+}
