@@ -153,6 +153,16 @@ pub fn write_npz(path: &Path, arrays: &[NamedArray]) -> Result<(), OutputError> 
     write_whole(path, &bytes)
 }
 
+/// Writes one array of float64 as `.npy`.
+///
+/// # Errors
+/// If the file cannot be written; nothing is left half-written then.
+pub fn write_npy(path: &Path, shape: &[usize], values: &[f64]) -> Result<(), OutputError> {
+    let shape: Vec<u64> = shape.iter().map(|&extent| extent as u64).collect();
+    let bytes = npy(values, &shape).map_err(|source| OutputError::Io { path: path.into(), source })?;
+    write_whole(path, &bytes)
+}
+
 fn archive(arrays: &[NamedArray]) -> io::Result<Vec<u8>> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default()
@@ -160,10 +170,10 @@ fn archive(arrays: &[NamedArray]) -> io::Result<Vec<u8>> {
         .last_modified_time(DateTime::default());
     for array in arrays {
         let bytes = match &array.values {
-            Values::F64(values) => npy(values, array.columns)?,
-            Values::I32(values) => npy(values, array.columns)?,
-            Values::I64(values) => npy(values, array.columns)?,
-            Values::Bool(values) => npy(values, array.columns)?,
+            Values::F64(values) => rows(values, array.columns)?,
+            Values::I32(values) => rows(values, array.columns)?,
+            Values::I64(values) => rows(values, array.columns)?,
+            Values::Bool(values) => rows(values, array.columns)?,
         };
         let large = bytes.len() > u32::MAX as usize / 2;
         archive.start_file(format!("{}.npy", array.name), options.large_file(large))?;
@@ -172,11 +182,15 @@ fn archive(arrays: &[NamedArray]) -> io::Result<Vec<u8>> {
     Ok(archive.finish()?.into_inner())
 }
 
-fn npy<T: npyz::AutoSerialize + Copy>(values: &[T], columns: usize) -> io::Result<Vec<u8>> {
+fn rows<T: npyz::AutoSerialize + Copy>(values: &[T], columns: usize) -> io::Result<Vec<u8>> {
     let rows = (values.len() / columns) as u64;
-    let shape = if columns == 1 { vec![rows] } else { vec![rows, columns as u64] };
+    let shape = [rows, columns as u64];
+    npy(values, if columns == 1 { &shape[..1] } else { &shape })
+}
+
+fn npy<T: npyz::AutoSerialize + Copy>(values: &[T], shape: &[u64]) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::with_capacity(size_of_val(values) + 256);
-    let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(&mut bytes).begin_nd()?;
+    let mut writer = npyz::WriteOptions::new().default_dtype().shape(shape).writer(&mut bytes).begin_nd()?;
     writer.extend(values.iter().copied())?;
     writer.finish()?;
     Ok(bytes)

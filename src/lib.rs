@@ -50,6 +50,7 @@ pub mod arrays;
 pub mod cli;
 pub mod export;
 pub mod film;
+pub mod manipulate;
 mod math;
 pub mod mesh;
 pub mod output;

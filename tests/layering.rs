@@ -4,12 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the pipeline; each may use those before it.
-const ORDER: [&str; 15] = [
+const ORDER: [&str; 16] = [
     "math",
     "output",
     "arrays",
     "mesh",
     "spline",
+    "manipulate",
     "subdivide",
     "patch",
     "trace",

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 
+use crate::arrays::write_npy;
 use crate::export::{
     MITSUBA_NAMES, MITSUBA_SCENE, NamedMesh, Precision, exact_patches, is_exported, mitsuba_scene, obj, ply,
 };
@@ -29,7 +30,7 @@ const MITSUBA_FOLDER: OwnFolder<'static> = OwnFolder { is_own: is_mitsuba_export
 pub(super) struct ExportArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// The file: .json, the exact patches; .obj or .ply, triangles; for mitsuba a folder
+    /// The file: .json, the exact patches; .obj or .ply, triangles; .npy, the lattice; for mitsuba a folder
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// What to write [default: by the file's name]
@@ -55,6 +56,8 @@ enum Format {
     Obj,
     /// Triangles, all objects in one binary file
     Ply,
+    /// The lattice after all edits, float64 (nx, ny, nz, 4): x, y, z, weight
+    Npy,
     /// A folder with a scene of the same picture for Mitsuba 3
     Mitsuba,
 }
@@ -76,6 +79,7 @@ pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
         Format::Json => write_whole(&args.output, &exact_patches(&built).context("the JSON")?)?,
         Format::Obj => write_whole(&args.output, obj(&args.meshes(&scene, &built)?).as_bytes())?,
         Format::Ply => write_whole(&args.output, &ply(&args.meshes(&scene, &built)?, Precision::Double))?,
+        Format::Npy => write_lattice(&args.output, &built)?,
         Format::Mitsuba => {
             // what Mitsuba would refuse
             checked_camera(&built.camera, &scene.film)?;
@@ -98,8 +102,9 @@ impl ExportArgs {
             "json" => Ok(Format::Json),
             "obj" => Ok(Format::Obj),
             "ply" => Ok(Format::Ply),
+            "npy" => Ok(Format::Npy),
             _ => Err(CliError::Input(format!(
-                "{}: unknown kind of export (valid in this version: .json, .obj, .ply, or --format mitsuba for a folder)",
+                "{}: unknown kind of export (valid in this version: .json, .obj, .ply, .npy, or --format mitsuba for a folder)",
                 self.output.display()
             ))),
         }
@@ -131,6 +136,19 @@ impl ExportArgs {
         }
         Ok(meshes)
     }
+}
+
+/// The lattice of the scene's one deformed object.
+fn write_lattice(path: &Path, built: &BuiltScene) -> Result<(), CliError> {
+    let lattices: Vec<_> = built.objects.iter().filter_map(|object| object.lattice.as_ref()).collect();
+    let [lattice] = lattices.as_slice() else {
+        let message =
+            format!("{}: .npy holds one lattice, and the scene has {}", path.display(), lattices.len());
+        return Err(CliError::Input(message));
+    };
+    let [nx, ny, nz] = lattice.counts();
+    let numbers: Vec<f64> = lattice.points().iter().flat_map(|point| point.to_array()).collect();
+    Ok(write_npy(path, &[nx, ny, nz, 4], &numbers)?)
 }
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {

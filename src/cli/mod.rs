@@ -1,11 +1,13 @@
 //! The command line: the only place that prints, reads flags and chooses exit codes.
 
+mod drags;
 mod export;
 mod info;
 mod material_json;
 mod picture_settings;
 mod progress;
 mod render;
+mod show;
 mod statistics;
 mod trace;
 
@@ -40,6 +42,8 @@ enum Command {
     Info(info::InfoArgs),
     /// Trace a batch of rays in double precision
     Trace(trace::TraceArgs),
+    /// Show what drags of points did to the lattices
+    Drags(drags::DragsArgs),
     /// Write the exact patches, or triangles close to them, for other programs
     Export(export::ExportArgs),
 }
@@ -55,6 +59,9 @@ struct SceneArgs {
     /// How deformed shapes are represented, for all objects: exact, or pointwise:L
     #[arg(long, value_name = "M")]
     method: Option<crate::scene::Method>,
+    /// Where drags contradict each other, take the best compromise instead of stopping
+    #[arg(long)]
+    least_squares: bool,
 }
 
 /// Why a command did not do its work.
@@ -111,6 +118,7 @@ pub fn run() -> ExitCode {
             Command::Render(args) => render::run(args),
             Command::Info(args) => info::run(args),
             Command::Trace(args) => trace::run(args),
+            Command::Drags(args) => drags::run(args),
             Command::Export(args) => export::run(args),
         });
     match result {
@@ -127,6 +135,7 @@ pub fn run() -> ExitCode {
 impl SceneArgs {
     fn parse(&self) -> Result<SceneDescription, CliError> {
         let mut scene = parse_scene(&self.scene)?;
+        scene.least_squares = self.least_squares;
         if let Some(method) = self.method {
             for object in &mut scene.objects {
                 object.method = method;
@@ -143,6 +152,9 @@ impl SceneArgs {
             for (object, made) in scene.objects.iter().zip(&built.objects) {
                 for line in made.notes.to_string().lines().skip(1) {
                     eprintln!("trimray: {}: {line}", object.mesh.value.display());
+                }
+                for line in drags::compromises(made) {
+                    eprintln!("trimray: {}: {line}", object.name.value);
                 }
             }
         }

@@ -14,6 +14,7 @@ use crate::shade::{IntegratorKind, ShadingScene};
 
 use super::picture_settings::{header, scene_hash, settings_json};
 use super::progress::progress_bar;
+use super::show::{Show, draw};
 use super::statistics::{Acceleration, print_render};
 use super::{CliError, INTERRUPTED, SceneArgs, checked_camera};
 
@@ -58,6 +59,9 @@ pub(super) struct RenderArgs {
     /// Show the picture as it grows in the viewer tev, if one listens there
     #[arg(long, value_name = "HOST[:PORT]", num_args = 0..=1, default_missing_value = "127.0.0.1")]
     preview: Option<String>,
+    /// Draw over a .png preview: lattice, drags
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    show: Vec<Show>,
     /// Print to stderr what the rays met, and the acceleration structure
     #[arg(long)]
     stats: bool,
@@ -78,6 +82,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
     let mut scene = args.scene.parse()?;
     args.override_settings(&mut scene)?;
     let (path, format) = args.output_file(&scene)?;
+    if !args.show.is_empty() && matches!(format, Format::Exr) {
+        let message = "--show draws over previews alone: write a .png with -o";
+        return Err(CliError::Input(message.to_owned()));
+    }
     check_writable(&path)?;
     let threads = args.scene.thread_count()?;
     let camera = scene.camera.map(|camera| checked_camera(&camera, &scene.film)).transpose()?;
@@ -103,12 +111,13 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
     };
     let rendered = render(&shading, &camera, &scene.film, &scene.render, &control);
     bar.finish_and_clear();
-    let Rendered { image, statistics, samples: [least, most] } = rendered.map_err(|error| match error {
-        RenderError::Interrupted => CliError::Interrupted,
-        RenderError::Checkpoint(error) => CliError::Input(error.to_string()),
-        RenderError::Output(error) => CliError::Output(error),
-        other => CliError::Failed(other.into()),
-    })?;
+    let Rendered { mut image, statistics, samples: [least, most] } =
+        rendered.map_err(|error| match error {
+            RenderError::Interrupted => CliError::Interrupted,
+            RenderError::Checkpoint(error) => CliError::Input(error.to_string()),
+            RenderError::Output(error) => CliError::Output(error),
+            other => CliError::Failed(other.into()),
+        })?;
     if statistics.non_finite_samples > 0 {
         eprintln!("trimray: {} samples were not finite and count as black", statistics.non_finite_samples);
     }
@@ -118,7 +127,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
     }
     match format {
         Format::Exr => write_exr(&path, &image, &header(&scene, &built, &camera)?)?,
-        Format::Png => write_png(&path, &image)?,
+        Format::Png => {
+            draw(&mut image, &args.show, &built, &camera);
+            write_png(&path, &image)?;
+        }
     }
     if args.stats {
         print_render(&statistics, &Acceleration::of(&built));

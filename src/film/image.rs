@@ -107,6 +107,27 @@ impl Image {
         channel.map(|channel| channel.values.as_slice())
     }
 
+    /// Mixes a colour into R, G and B of a pixel, and 1 into A: `share` of it.
+    ///
+    /// # Panics
+    /// If the pixel is not within the data window.
+    pub(super) fn blend(&mut self, pixel: [u32; 2], colour: glam::DVec3, share: f64) {
+        let index = self.data_window.index(pixel);
+        for channel in &mut self.channels {
+            let value = match channel.name.as_str() {
+                "R" => colour.x,
+                "G" => colour.y,
+                "B" => colour.z,
+                "A" => 1.0,
+                _ => continue,
+            };
+            let before = f64::from(channel.values[index]);
+            #[expect(clippy::cast_possible_truncation, reason = "pictures are 32-bit")]
+            let mixed = (before + share * (value - before)) as f32;
+            channel.values[index] = mixed;
+        }
+    }
+
     /// Writes a tile: `pixels` has all channels of its first pixel, then of its second, row by row.
     ///
     /// # Panics

@@ -4,29 +4,25 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::film::{Picture, read_picture};
 use crate::mesh::{FaultKind, MeshNotes, MeshTolerances, ObjError, PolygonSet, load_obj, prepare_polygons};
 use crate::patch::{BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, deform_polygons};
 use crate::shade::{
-    CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
+    Camera, CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
 };
 use crate::spline::{ControlLattice, SplineVolume};
-use crate::trace::{TracedObject, TracedScene, VertexAttributes};
+use crate::trace::{Geometry, NoAttributes, TracedObject, TracedScene, VertexAttributes};
 
 use super::attributes::{CarriedNormals, PolygonAttributes};
 use super::description::{
-    Edit, FfdDescription, LightDescription, Method, MoveTo, ObjectDescription, Outside, SceneDescription,
+    FfdDescription, LightDescription, Method, ObjectDescription, Outside, SceneDescription,
 };
-use super::diagnostic::{Diagnostic, Located, Location, SceneError};
-use super::lattice_file::read_lattice;
+use super::diagnostic::{Diagnostic, Location, SceneError};
+use super::edits::{DragReport, EditedLattice, edited_lattice};
 use super::pointwise::{Pointwise, deform_pointwise};
-
-/// A flat axis of an object's box is widened by this part of the box's longest side to both sides, so that the lattice
-/// has room to bend.
-const FLAT_AXIS_PADDING: f64 = 0.25;
 
 /// A scene ready to trace and render.
 #[derive(Debug)]
@@ -54,6 +50,10 @@ pub struct BuiltObject {
     pub notes: MeshNotes,
     /// The volume that deformed it.
     pub volume: Option<SplineVolume>,
+    /// The volume's lattice after all edits.
+    pub lattice: Option<ControlLattice>,
+    /// What drags did to it.
+    pub drags: Vec<DragReport>,
     /// Sub-polygons it was cut into.
     pub subpolygons: usize,
     /// Hash of its texture coordinates and carried normals.
@@ -199,7 +199,16 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
     }
     let load = started.elapsed();
     let ffd = object.deform.first();
-    let volume = ffd.map(|ffd| deformed_volume(&scene.path, ffd, bounds)).transpose()?;
+    let edited = ffd
+        .map(|ffd| {
+            let pick = |lattice: &ControlLattice, pixel| pick(scene, &polygons, &ffd.value, lattice, pixel);
+            edited_lattice(scene, ffd, bounds, &pick)
+        })
+        .transpose()?;
+    let (volume, lattice, drags) = match edited {
+        Some(EditedLattice { volume, lattice, drags }) => (Some(volume), Some(lattice), drags),
+        None => (None, None, Vec::new()),
+    };
     let of_object = |message: String| {
         let location = ffd.map_or(object.name.location, |ffd| ffd.location);
         fault(location, format!("object {:?}: {message}", object.name.value))
@@ -222,7 +231,12 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
     };
     let DeformedPolygons { patches, subpolygons, times } = made;
     let traced = TracedObject { name: object.name.value.clone(), patches, attributes };
-    Ok(MadeObject { traced, built: BuiltObject { notes, volume, subpolygons, attributes_hash }, load, times })
+    Ok(MadeObject {
+        traced,
+        built: BuiltObject { notes, volume, lattice, drags, subpolygons, attributes_hash },
+        load,
+        times,
+    })
 }
 
 fn hash_of(numbers: impl Iterator<Item = f64>) -> [u8; 32] {
@@ -306,50 +320,28 @@ fn deform(
     Ok(made)
 }
 
-/// The volume after all edits.
-fn deformed_volume(
-    path: &Path,
-    ffd: &Located<FfdDescription>,
-    object_bounds: [DVec3; 2],
-) -> Result<SplineVolume, Vec<Diagnostic>> {
-    let fault = |location: Location, message: String| {
-        vec![Diagnostic { file: path.into(), location: Some(location), message }]
-    };
-    let description = &ffd.value;
-    let bounds = description.bounds.unwrap_or_else(|| padded(object_bounds));
-    let mut lattice =
-        ControlLattice::identity(description.degree, description.points, bounds, description.hold)
-            .map_err(|error| fault(ffd.location, error.to_string()))?;
-    for edit in &description.edits {
-        apply(&mut lattice, &edit.value).map_err(|message| fault(edit.location, message))?;
-    }
-    lattice.volume().map_err(|error| fault(ffd.location, error.to_string()))
-}
-
-/// The box with flat axes widened.
-fn padded([low, high]: [DVec3; 2]) -> [DVec3; 2] {
-    let size = high - low;
-    let padding = DVec3::splat(FLAT_AXIS_PADDING * size.max_element());
-    let padding = DVec3::select(size.cmple(DVec3::ZERO), padding, DVec3::ZERO);
-    [low - padding, high + padding]
-}
-
-fn apply(lattice: &mut ControlLattice, edit: &Edit) -> Result<(), String> {
-    let held = |error: crate::spline::HeldPoint| error.to_string();
-    match edit {
-        Edit::Move { index, to: MoveTo::By(offset) } => lattice.move_by(*index, *offset).map_err(held)?,
-        Edit::Move { index, to: MoveTo::To(place) } => lattice.move_to(*index, *place).map_err(held)?,
-        Edit::Twist { axis, angle } => lattice.twist(*axis, *angle),
-        Edit::Taper { axis, scale } => lattice.taper(*axis, *scale),
-        Edit::Bend { axis, angle, toward } => lattice.bend(*axis, *angle, *toward),
-        Edit::Bulge { axis, amount } => lattice.bulge(*axis, *amount),
-        Edit::Weight { index, value } => lattice.set_weight(*index, *value).map_err(held)?,
-        Edit::ControlPoints { path } => {
-            let points = read_lattice(path, lattice.counts())?;
-            lattice.set_all(points).map_err(held)?;
-        }
-    }
-    Ok(())
+/// The point of the undeformed object that the camera sees through a place of the picture, with the lattice as it stands.
+fn pick(
+    scene: &SceneDescription,
+    polygons: &PolygonSet,
+    ffd: &FfdDescription,
+    lattice: &ControlLattice,
+    pixel: DVec2,
+) -> Result<DVec3, String> {
+    let settings = scene.camera.ok_or("pick needs a [camera], through which the point is seen")?;
+    let camera = Camera::try_new(&settings, scene.film.size).map_err(|error| error.to_string())?;
+    let volume = lattice.volume().map_err(|error| error.to_string())?;
+    let patches = deform(polygons, Some(&volume), Some(ffd))?.patches;
+    let object = TracedObject { name: String::new(), patches, attributes: Box::new(NoAttributes) };
+    let ray = camera.ray(pixel, DVec2::splat(0.5));
+    let hit = TracedScene::new(vec![object]).closest_hit(&ray);
+    let [width, height] = scene.film.size;
+    hit.map(|hit| hit.rest).ok_or_else(|| {
+        format!(
+            "pick {}, {}: the camera sees nothing of the object there, in {width}x{height} pixels",
+            pixel.x, pixel.y
+        )
+    })
 }
 
 /// A camera that sees all objects, from the front, the right and above, with room around them.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 
 use super::diagnostic::Located;
 use super::names::{Choice, lookup};
@@ -30,6 +30,8 @@ pub struct SceneDescription {
     pub lights: Option<Vec<LightDescription>>,
     /// The objects, at least one; their names differ.
     pub objects: Vec<ObjectDescription>,
+    /// Whether drags that contradict each other are met as nearly as possible instead of being an error.
+    pub least_squares: bool,
 }
 
 impl SceneDescription {
@@ -229,10 +231,44 @@ pub enum Edit {
         /// The weight, above 0.
         value: f64,
     },
+    /// Moves points of the object to targets, by the least change of the lattice.
+    Drag(DragDescription),
     /// Sets all control points.
     ControlPoints {
         /// A `.npy` file, on the path of the scene file's folder.
         path: PathBuf,
+    },
+}
+
+/// Points of the object that are dragged together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DragDescription {
+    /// The points.
+    pub sources: DragSources,
+    /// Where each must go.
+    pub targets: Vec<DVec3>,
+    /// What of the lattice changes.
+    pub using: DragUsing,
+}
+
+/// How dragged points are given.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DragSources {
+    /// On the undeformed object, as the deformation receives it.
+    Points(Vec<DVec3>),
+    /// As the camera sees them after the edits before: places in the picture, in pixels from its top left corner.
+    Pixels(Vec<DVec2>),
+}
+
+/// What drags change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DragUsing {
+    /// Places of control points.
+    Points,
+    /// Weights, each at least this times the least one before.
+    Weights {
+        /// The factor, above 0.
+        min_weight: f64,
     },
 }
 

@@ -4,6 +4,7 @@ mod attributes;
 mod build;
 mod description;
 mod diagnostic;
+mod edits;
 mod film_area;
 mod lattice_file;
 mod names;
@@ -16,10 +17,11 @@ mod unavailable;
 
 pub use build::{BuiltObject, BuiltScene, SceneTimes};
 pub use description::{
-    Edit, FfdDescription, LightDescription, Method, MoveTo, NamedMaterial, ObjectDescription, Outside,
-    SceneDescription,
+    DragDescription, DragSources, DragUsing, Edit, FfdDescription, LightDescription, Method, MoveTo,
+    NamedMaterial, ObjectDescription, Outside, SceneDescription,
 };
 pub use diagnostic::{Diagnostic, Located, Location, SceneError};
+pub use edits::{DragOutcome, DragReport};
 pub use film_area::{MAX_PIXELS, MAX_SIDE, parse_crop, parse_size, validate_crop, validate_film};
 pub use names::Choice;
 pub use parse::{MAX_CONTROL_POINTS, parse_scene, parse_scene_str};

@@ -159,5 +159,6 @@ fn read_scene(mut root: Table<'_>, path: &Path) -> Option<SceneDescription> {
         materials: materials.described,
         lights,
         objects,
+        least_squares: false,
     })
 }

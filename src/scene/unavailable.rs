@@ -13,15 +13,8 @@ struct LaterKey {
     beside: &'static [&'static str],
 }
 
-const KEYS: &[LaterKey] = &[
-    LaterKey { table: "[[object]]", key: "surface", instead: &["mesh"], beside: &[] },
-    LaterKey {
-        table: "[[object.deform.edit]]",
-        key: "drag",
-        instead: &["move", "twist", "taper", "bend", "bulge", "weight", "control_points"],
-        beside: &["to", "using", "min_weight"],
-    },
-];
+const KEYS: &[LaterKey] =
+    &[LaterKey { table: "[[object]]", key: "surface", instead: &["mesh"], beside: &[] }];
 
 /// Names that this version refuses, by what they choose.
 const NAMES: &[(&str, &[&str])] = &[("deform type", &["extension"]), ("method", &["adaptive"])];

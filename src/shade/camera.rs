@@ -165,6 +165,17 @@ impl Camera {
         }
     }
 
+    /// Where a point is in the picture, in pixels, if it is before the camera; by a lens's middle.
+    pub fn project(&self, point: DVec3) -> Option<DVec2> {
+        let seen = point - self.origin;
+        let depth = match self.projection {
+            Projection::Orthographic { .. } => 1.0,
+            Projection::Perspective { .. } => seen.dot(self.forward),
+        };
+        let place = DVec2::new(seen.dot(self.right), -seen.dot(self.up)) / (depth * self.half_extent);
+        (depth > 0.0).then(|| 0.5 * (place + 1.0) * self.size)
+    }
+
     /// World space to camera space: +x right, +y up, looking along -z (OpenEXR `worldToCamera`).
     ///
     /// For column vectors; OpenEXR's row vectors make its rows these columns, so that
@@ -252,6 +263,8 @@ mod tests {
         let got = DVec2::new(film.x / width + 0.5, 0.5 - film.y / (width * 48.0 / 64.0));
         let want = pixel / DVec2::new(64.0, 48.0);
         assert!(got.distance(want) < 1e-14, "got {got}, want {want}");
+        assert!(camera.project(point).unwrap().distance(pixel) < 1e-12);
+        assert_eq!(camera.project(camera.ray(pixel, DVec2::ZERO).at(-1.0)), None);
         // row vectors: the last four numbers are the translation
         let row = camera.camera_from_world().to_cols_array();
         assert_eq!([row[3], row[7], row[11], row[15]], [0.0, 0.0, 0.0, 1.0]);
@@ -312,5 +325,6 @@ mod tests {
         let ray = camera.ray(DVec2::new(12.0, 3.0), DVec2::ZERO);
         assert_eq!((ray.origin, ray.direction), (DVec3::new(2.0, -5.0, 1.5), DVec3::Y));
         assert_eq!(camera.screen_window_width(), 8.0);
+        assert!(camera.project(ray.at(3.0)).unwrap().distance(DVec2::new(12.0, 3.0)) < 1e-12);
     }
 }

@@ -64,6 +64,30 @@ impl ControlLattice {
         &self.points
     }
 
+    /// Least and greatest corner of the box.
+    pub const fn bounds(&self) -> [DVec3; 2] {
+        self.bounds
+    }
+
+    /// The basis functions at a point of the box, without weights: places of control points in [`Self::points`] and values.
+    /// `None` outside the box.
+    pub fn basis(&self, parameters: DVec3) -> Option<Vec<(usize, f64)>> {
+        let [_, ny, nz] = self.counts();
+        let mut basis = vec![(0, 1.0)];
+        for (axis, knots) in self.axes.iter().enumerate() {
+            let interval = knots.interval(parameters[axis])?;
+            let (values, _) = knots.basis_with_derivatives(interval, parameters[axis]);
+            let step = [ny * nz, nz, 1][axis];
+            basis = basis
+                .iter()
+                .flat_map(|&(flat, factor): &(usize, f64)| {
+                    (0..=knots.degree()).map(move |i| (flat + (interval + i) * step, factor * values[i]))
+                })
+                .collect();
+        }
+        Some(basis)
+    }
+
     /// Whether a control point is in the held outer layers.
     pub fn is_held(&self, index: [usize; 3]) -> bool {
         let counts = self.counts();

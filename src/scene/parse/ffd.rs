@@ -1,8 +1,8 @@
 //! `[[object.deform]]` of type "ffd", and its edits.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use crate::scene::description::{Edit, FfdDescription, MoveTo};
+use crate::scene::description::{DragDescription, DragSources, DragUsing, Edit, FfdDescription, MoveTo};
 use crate::scene::diagnostic::Located;
 use crate::scene::names::Choice;
 use crate::scene::reader::{Converted, Table, Value};
@@ -11,6 +11,9 @@ use crate::spline::{Axis, SignedAxis};
 /// Most control points of a lattice. At 32 bytes each they take half a gigabyte; the patches that
 /// so fine a lattice cuts a mesh into take far more.
 pub const MAX_CONTROL_POINTS: usize = 1 << 24;
+
+/// Least weight after a drag, in parts of the least one before.
+const DEFAULT_MIN_WEIGHT: f64 = 1e-3;
 
 /// Highest degree along an axis: the patches' degrees are sums of three of these.
 const MAX_DEGREE: i128 = 4;
@@ -95,8 +98,10 @@ fn read_bounds(table: &Table<'_>) -> Option<[DVec3; 2]> {
 }
 
 /// Kinds of edit, each with the keys beside it.
-const EDITS: [(&str, &[&str]); 7] = [
+const EDITS: [(&str, &[&str]); 9] = [
     ("move", &["move", "by", "to"]),
+    ("drag", &["drag", "to", "using", "min_weight"]),
+    ("pick", &["pick", "to", "using", "min_weight"]),
     ("twist", &["twist"]),
     ("taper", &["taper"]),
     ("bend", &["bend"]),
@@ -138,6 +143,7 @@ impl Lattice {
             "bend" => read_bend(&table),
             "bulge" => read_bulge(&table),
             "weight" => self.read_weight(&table),
+            "drag" | "pick" => read_drag(&table, kind),
             _ => table
                 .required(kind, "the path of a .npy file", Value::path)
                 .map(|path| Edit::ControlPoints { path }),
@@ -205,9 +211,67 @@ impl Lattice {
     }
 }
 
+/// Points of the object, or of the picture, and where they go.
+fn read_drag(table: &Table<'_>, kind: &str) -> Option<Edit> {
+    let places = "[[x, y, z], …], a point for each, of finite numbers";
+    let targets: Option<Vec<[f64; 3]>> = table.required("to", places, list);
+    let sources = if kind == "drag" {
+        let points: Option<Vec<[f64; 3]>> = table.required("drag", places, list);
+        points.map(|points| DragSources::Points(points.into_iter().map(DVec3::from_array).collect()))
+    } else {
+        let pixels: Option<Vec<[f64; 2]>> =
+            table.required("pick", "[x, y] in pixels, or a list of such places", list);
+        pixels.map(|pixels| DragSources::Pixels(pixels.into_iter().map(DVec2::from_array).collect()))
+    };
+    let using = table.name_index("using", "using", &["points", "weights"]);
+    let min_weight = table.optional("min_weight", "a number above 0 and below 1", |value| {
+        value.number_where(|weight| weight > 0.0 && weight < 1.0)
+    });
+    if min_weight.is_some() && using != Some(1) {
+        table.report_key("min_weight", "min_weight only stands beside using = \"weights\"".to_owned());
+    }
+    let using = match using {
+        Some(1) => DragUsing::Weights { min_weight: min_weight.unwrap_or(DEFAULT_MIN_WEIGHT) },
+        _ => DragUsing::Points,
+    };
+    let (sources, targets) = (sources?, targets?);
+    let count = match &sources {
+        DragSources::Points(points) => points.len(),
+        DragSources::Pixels(pixels) => pixels.len(),
+    };
+    if count != targets.len() || count == 0 {
+        let message = format!("{kind} has {count} points, but to has {}: one target for each", targets.len());
+        table.report_value("to", message);
+        return None;
+    }
+    let targets = targets.into_iter().map(DVec3::from_array).collect();
+    Some(Edit::Drag(DragDescription { sources, targets, using }))
+}
+
+/// A list of vectors, or one of them.
+fn list<const N: usize>(value: Value<'_>) -> Converted<Vec<[f64; N]>> {
+    let is_list = value.elements()?.next().is_none_or(Value::is_array);
+    if !is_list {
+        return Ok(vec![value.array(Value::number)?]);
+    }
+    let (mut vectors, mut mismatches) = (Vec::new(), Vec::new());
+    for element in value.elements()? {
+        match element.array(Value::number) {
+            Ok(vector) => vectors.push(vector),
+            Err(mismatch) => mismatches.extend(mismatch),
+        }
+    }
+    if mismatches.is_empty() { Ok(vectors) } else { Err(mismatches) }
+}
+
 fn all_keys() -> Vec<&'static str> {
-    let keys = EDITS.iter().flat_map(|(_, keys)| keys.iter().copied());
-    keys.collect()
+    let mut keys = Vec::new();
+    for key in EDITS.iter().flat_map(|(_, keys)| keys.iter().copied()) {
+        if !keys.contains(&key) {
+            keys.push(key);
+        }
+    }
+    keys
 }
 
 fn report_no_kind(mut table: Table<'_>) {
