@@ -288,7 +288,7 @@ class Model:
                 angle = math.acos(max(-1.0, min(1.0, dot(unit(sub(p[0], p[1])), unit(sub(p[2], p[1]))))))
                 around.setdefault(v, []).append((f, angle))
         out = ["# trimray: %s, written by make_hu.py" % self.name, "o %s" % self.name]
-        out += ["v %.12g %.12g %.12g" % p for p in self.vertices]
+        out += ["v %r %r %r" % p for p in self.vertices]
         out += ["vt %.6g %.6g" % p for p in self.uvs]
         lines, known = [], {}
         for f, face in enumerate(self.faces):
@@ -341,7 +341,7 @@ def bottle():
 def cylinder():
     model = Model("hu_cylinder", 40.0)
     profile = [(1.0, 0.0), (1.0, 2.4), (0.8, 2.4), (0.8, 0.0), (1.0, 0.0)]
-    rings = revolved(model, profile[:4], 64)
+    rings = revolved(model, profile[:4], 60)
     model.grid(rings, lengths(profile), triangles=False, closed=True)
     return model
 
@@ -589,11 +589,11 @@ def fig03(model):
 def fig04(model):
     scene = Scene("hu_fig04", [
         "A hollow cylinder turned into a cup by 48 points, solved together: rings of twelve around the rim, the belly, the stem, the foot.",
-        "The walls are 64 tall quadrilaterals each: every bend is of the exact deformation. After Fig. 4 of Hu et al. (2001).",
-    ], ((1.5, -6.8, 5.0), (0.0, 0.0, 1.2), 34.0), ((-4.0, -4.0, 7.0), 22.0), 0.0, [("cup", model, "clay")], (8, 8, 8), ((-1.4, -1.4, 0.0), (1.4, 1.4, 2.4)))
+        "The walls are 60 tall quadrilaterals each: every bend is of the exact deformation. After Fig. 4 of Hu et al. (2001).",
+    ], ((1.5, -6.8, 5.0), (0.0, 0.0, 1.2), 36.0), ((-4.0, -4.0, 7.0), 22.0), 0.0, [("cup", model, "clay")], (8, 8, 8), ((-1.4, -1.4, 0.0), (1.4, 1.4, 2.4)))
     sources, targets = [], []
     for z, radius, to in ((2.4, 1.45, 2.5), (1.5, 1.08, 1.6), (0.65, 0.42, 0.75), (0.0, 0.85, 0.0)):
-        sources += [tuple(round(x, 6) for x in p) for p in circle(0.999, z, 12)]
+        sources += [tuple(round(x, 12) for x in p) for p in circle(1.0, z, 12)]
         targets += [tuple(round(x, 6) for x in p) for p in circle(radius, to, 12)]
     scene.drag(sources, targets)
     return scene
@@ -621,10 +621,10 @@ def vertex_near(model, place):
 
 def fig06(model, eyes):
     scene = Scene("hu_fig06", [
-        "A local deformation: the tips of the ears are pulled up by two points. The lattice covers the middle of the head alone",
-        "(between two levels, wider than the ears); its three outermost layers hold, so that the join is smooth. After Fig. 6 of Hu et al. (2001).",
+        "A local deformation: the tips of the ears are pulled up by two points. The lattice covers the middle of the head alone,",
+        "from below the eyes to below the crown; its three outermost layers hold, so that the join is smooth. After Fig. 6 of Hu et al. (2001).",
     ], ((1.4, -7.4, 1.2), (0.0, 0.0, 0.05), 34.0), ((-4.0, -5.0, 6.0), 24.0), -1.25, [("head", model, "skin"), ("eyes", eyes, "black")],
-        (18, 9, 11), ((-3.0, -1.5, -0.8), (3.0, 1.5, 1.9)), hold=3)
+        (18, 9, 10), ((-3.0, -1.5, -0.75), (3.0, 1.5, 1.15)), hold=3)
     scene.drag(model.tips, moved(model.tips, [(0.15, 0.0, 0.65), (-0.15, 0.0, 0.65)]))
     return scene
 
