@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Models and scenes after the figures of Hu, Zhang, Tai, Sun: Direct manipulation of FFD, The Visual Computer 17 (2001).
+"""Models and scenes after the figures of Hu, Zhang, Tai, Sun: Direct manipulation of FFD (The Visual Computer, 2001).
 
     python3 scenes/meshes/make_hu.py             writes scenes/meshes/hu_*.obj and scenes/hu_*.toml, and checks them
-    python3 scenes/meshes/make_hu.py --preview D writes the same scenes with their solved lattices (.npy) to folder D as well
+    python3 scenes/meshes/make_hu.py --preview D also writes them to folder D with solved lattices (.npy)
 
 The models are our own. Every drag is solved here too: for the single moves of figure 7, and so that each scene is known
 to reach its targets and not to fold before it ships.
@@ -18,6 +18,7 @@ SCENES = os.path.dirname(MESHES)
 
 
 # ---------------------------------------------------------------- vectors and linear systems
+
 
 def add(a, b):
     return tuple(x + y for x, y in zip(a, b))
@@ -59,14 +60,19 @@ def through(knots, x):
     """Monotone cubic (Fritsch, Carlson 1980) through the pairs `knots`."""
     xs, ys = zip(*knots)
     slopes = [(ys[i + 1] - ys[i]) / (xs[i + 1] - xs[i]) for i in range(len(xs) - 1)]
-    tangents = [slopes[0]] + [
-        0.0 if a * b <= 0.0 else 2.0 * a * b / (a + b) for a, b in zip(slopes, slopes[1:])
-    ] + [slopes[-1]]
+    tangents = (
+        [slopes[0]]
+        + [0.0 if a * b <= 0.0 else 2.0 * a * b / (a + b) for a, b in zip(slopes, slopes[1:])]
+        + [slopes[-1]]
+    )
     i = max(k for k in range(len(slopes)) if k == 0 or xs[k] <= x)
     width = xs[i + 1] - xs[i]
     t = (x - xs[i]) / width
-    return (ys[i] * (1 + 2 * t) * (1 - t) ** 2 + ys[i + 1] * t * t * (3 - 2 * t)
-            + width * t * (1 - t) * (tangents[i] * (1 - t) - tangents[i + 1] * t))
+    return (
+        ys[i] * (1 + 2 * t) * (1 - t) ** 2
+        + ys[i + 1] * t * t * (3 - 2 * t)
+        + width * t * (1 - t) * (tangents[i] * (1 - t) - tangents[i + 1] * t)
+    )
 
 
 def solve(matrix, right):
@@ -88,6 +94,7 @@ def solve(matrix, right):
 
 
 # ---------------------------------------------------------------- lattices and drags
+
 
 def knots_of(points, degree, low, high):
     cells = points - degree
@@ -136,10 +143,15 @@ class Lattice:
     def __init__(self, points, bounds, hold=0):
         self.points, self.bounds, self.hold = tuple(points), bounds, hold
         self.knots = [knots_of(n, self.degree, lo, hi) for n, lo, hi in zip(points, *bounds)]
-        greville = [[sum(k[i + 1:i + 1 + self.degree]) / self.degree for i in range(n)]
-                    for k, n in zip(self.knots, points)]
-        self.control = {(i, j, k): (x, y, z) for i, x in enumerate(greville[0]) for j, y in enumerate(greville[1])
-                        for k, z in enumerate(greville[2])}
+        greville = [
+            [sum(k[i + 1 : i + 1 + self.degree]) / self.degree for i in range(n)] for k, n in zip(self.knots, points)
+        ]
+        self.control = {
+            (i, j, k): (x, y, z)
+            for i, x in enumerate(greville[0])
+            for j, y in enumerate(greville[1])
+            for k, z in enumerate(greville[2])
+        }
 
     def contains(self, p):
         return all(lo <= x <= hi for x, lo, hi in zip(p, *self.bounds))
@@ -168,8 +180,9 @@ class Lattice:
         du, dv, dw = (slopes(k, self.degree, x) for k, x in zip(self.knots, p))
         columns = []
         for a, b, c in ((du, v, w), (u, dv, w), (u, v, dw)):
-            columns.append(self.sum({(i, j, k): x * y * z for i, x in a.items() for j, y in b.items()
-                                     for k, z in c.items()}))
+            columns.append(
+                self.sum({(i, j, k): x * y * z for i, x in a.items() for j, y in b.items() for k, z in c.items()})
+            )
         return dot(cross(columns[0], columns[1]), columns[2])
 
     def drag(self, sources, targets):
@@ -186,9 +199,8 @@ class Lattice:
         return multipliers, [gram[q][q] for q in range(len(sources))]
 
 
-
-
 # ---------------------------------------------------------------- models
+
 
 class Model:
     """A closed polygon mesh; corners are (vertex, texture coordinate) indices."""
@@ -207,15 +219,19 @@ class Model:
         return len(self.uvs) - 1
 
     def grid(self, rings, vs, triangles, closed=False):
-        """Rings of vertex indices, each counter-clockwise about the way from ring to ring (for the outside to be out)."""
+        """Rings of vertex indices; each runs counter-clockwise about the way from ring to ring, so that outside is out."""
         count = len(rings[0])
         uv = [[self.uv(s / count, v) for s in range(count + 1)] for v in vs]
         for r in range(len(rings) - (not closed)):
             q = (r + 1) % len(rings)
             for s in range(count):
                 e = (s + 1) % count
-                corners = [(rings[r][s], uv[r][s]), (rings[r][e], uv[r][s + 1]),
-                           (rings[q][e], uv[r + 1][s + 1]), (rings[q][s], uv[r + 1][s])]
+                corners = [
+                    (rings[r][s], uv[r][s]),
+                    (rings[r][e], uv[r][s + 1]),
+                    (rings[q][e], uv[r + 1][s + 1]),
+                    (rings[q][s], uv[r + 1][s]),
+                ]
                 if not triangles:
                     self.faces.append(corners)
                     continue
@@ -230,12 +246,26 @@ class Model:
         """Closes `ring` (counter-clockwise seen from outside) by one polygon, or by triangles to the vertex `apex`."""
         count = len(ring)
         if apex is None:
-            self.faces.append([(i, self.uv(0.5 + 0.5 * math.cos(2 * math.pi * s / count),
-                                           0.5 + 0.5 * math.sin(2 * math.pi * s / count))) for s, i in enumerate(ring)])
+            self.faces.append(
+                [
+                    (
+                        i,
+                        self.uv(
+                            0.5 + 0.5 * math.cos(2 * math.pi * s / count), 0.5 + 0.5 * math.sin(2 * math.pi * s / count)
+                        ),
+                    )
+                    for s, i in enumerate(ring)
+                ]
+            )
             return
         for s in range(count):
-            self.faces.append([(ring[s], self.uv(s / count, v[0])), (ring[(s + 1) % count], self.uv((s + 1) / count, v[0])),
-                               (apex, self.uv((s + 0.5) / count, v[1]))])
+            self.faces.append(
+                [
+                    (ring[s], self.uv(s / count, v[0])),
+                    (ring[(s + 1) % count], self.uv((s + 1) / count, v[0])),
+                    (apex, self.uv((s + 0.5) / count, v[1])),
+                ]
+            )
 
     def normal(self, face):
         p = [self.vertices[c[0]] for c in face]
@@ -245,7 +275,7 @@ class Model:
         return sum_
 
     def check(self):
-        """Every edge has two faces that run along it in opposite directions, faces are planar and convex, outside is out."""
+        """Every edge has two faces, which run along it in opposite directions; faces are planar and convex; outside is out."""
         edges = {}
         for face in self.faces:
             p = [self.vertices[c[0]] for c in face]
@@ -265,6 +295,7 @@ class Model:
             while part[v] != v:
                 v = part[v]
             return v
+
         for a, b in edges:
             part[root(a)] = root(b)
         volumes = {}
@@ -308,7 +339,10 @@ class Model:
 
 
 def circle(radius, z, count):
-    return [(radius * math.cos(2 * math.pi * s / count), radius * math.sin(2 * math.pi * s / count), z) for s in range(count)]
+    return [
+        (radius * math.cos(2 * math.pi * s / count), radius * math.sin(2 * math.pi * s / count), z)
+        for s in range(count)
+    ]
 
 
 def revolved(model, profile, count):
@@ -326,7 +360,17 @@ def lengths(profile):
 
 def bottle():
     model = Model("hu_bottle", 40.0)
-    outline = [(0.3, 0.65), (0.6, 0.67), (1.0, 0.68), (1.7, 0.68), (2.1, 0.64), (2.5, 0.44), (2.8, 0.27), (3.1, 0.22), (3.45, 0.21)]
+    outline = [
+        (0.3, 0.65),
+        (0.6, 0.67),
+        (1.0, 0.68),
+        (1.7, 0.68),
+        (2.1, 0.64),
+        (2.5, 0.44),
+        (2.8, 0.27),
+        (3.1, 0.22),
+        (3.45, 0.21),
+    ]
     profile = [(0.56, 0.0), (0.60, 0.03), (0.62, 0.1)]
     zs = [0.3, 0.6, 0.9, 1.2, 1.5, 1.75, 1.95, 2.1, 2.25, 2.4, 2.53, 2.65, 2.78, 2.92, 3.08, 3.26, 3.45]
     profile += [(through([(0.1, 0.62)] + outline, z), z) for z in zs]
@@ -347,9 +391,44 @@ def cylinder():
 
 
 # Half width, upper and lower edge of the fish's body from the lips (y = -2) to the root of the tail.
-WIDTH = [(-2.0, 0.10), (-1.85, 0.16), (-1.5, 0.27), (-1.0, 0.36), (-0.4, 0.37), (0.4, 0.26), (1.0, 0.12), (1.3, 0.07), (1.6, 0.04), (2.0, 0.015)]
-UPPER = [(-2.0, 0.09), (-1.85, 0.18), (-1.5, 0.36), (-1.0, 0.54), (-0.4, 0.60), (0.4, 0.45), (1.0, 0.23), (1.25, 0.19), (1.5, 0.34), (1.75, 0.58), (2.0, 0.78)]
-LOWER = [(-2.0, -0.08), (-1.85, -0.16), (-1.5, -0.33), (-1.0, -0.49), (-0.4, -0.53), (0.4, -0.40), (1.0, -0.21), (1.25, -0.18), (1.5, -0.32), (1.75, -0.55), (2.0, -0.74)]
+WIDTH = [
+    (-2.0, 0.10),
+    (-1.85, 0.16),
+    (-1.5, 0.27),
+    (-1.0, 0.36),
+    (-0.4, 0.37),
+    (0.4, 0.26),
+    (1.0, 0.12),
+    (1.3, 0.07),
+    (1.6, 0.04),
+    (2.0, 0.015),
+]
+UPPER = [
+    (-2.0, 0.09),
+    (-1.85, 0.18),
+    (-1.5, 0.36),
+    (-1.0, 0.54),
+    (-0.4, 0.60),
+    (0.4, 0.45),
+    (1.0, 0.23),
+    (1.25, 0.19),
+    (1.5, 0.34),
+    (1.75, 0.58),
+    (2.0, 0.78),
+]
+LOWER = [
+    (-2.0, -0.08),
+    (-1.85, -0.16),
+    (-1.5, -0.33),
+    (-1.0, -0.49),
+    (-0.4, -0.53),
+    (0.4, -0.40),
+    (1.0, -0.21),
+    (1.25, -0.18),
+    (1.5, -0.32),
+    (1.75, -0.55),
+    (2.0, -0.74),
+]
 # About a ring from the top: dense at the top and the bottom, where the fins stand.
 RING = [0.0, 5.0, 16.0, 38.0, 62.0, 88.0, 114.0, 140.0, 164.0, 175.0]
 
@@ -366,14 +445,44 @@ def fish_point(y, degrees, side):
         z, y = z - anal, y + 0.8 * anal
     # The tail is forked.
     reach = abs(z) / 0.78
-    y += smooth(1.3, 2.0, y) * (0.38 * reach ** 2 - 0.28)
+    y += smooth(1.3, 2.0, y) * (0.38 * reach**2 - 0.28)
     return (x, y, z)
 
 
 def fish():
     model = Model("hu_fish", 50.0)
-    ys = [-2.0, -1.93, -1.82, -1.68, -1.5, -1.3, -1.1, -0.95, -0.82, -0.69, -0.56, -0.42, -0.28, -0.14, 0.0, 0.14, 0.28, 0.42, 0.56, 0.7, 0.84,
-          0.98, 1.12, 1.26, 1.38, 1.5, 1.62, 1.75, 1.88, 2.0]
+    ys = [
+        -2.0,
+        -1.93,
+        -1.82,
+        -1.68,
+        -1.5,
+        -1.3,
+        -1.1,
+        -0.95,
+        -0.82,
+        -0.69,
+        -0.56,
+        -0.42,
+        -0.28,
+        -0.14,
+        0.0,
+        0.14,
+        0.28,
+        0.42,
+        0.56,
+        0.7,
+        0.84,
+        0.98,
+        1.12,
+        1.26,
+        1.38,
+        1.5,
+        1.62,
+        1.75,
+        1.88,
+        2.0,
+    ]
     # With y as axis and x to the right, z up, counter-clockwise about +y is from +z over +x.
     around = [(d, 1.0) for d in RING] + [(180.0, 1.0)] + [(d, -1.0) for d in RING[:0:-1]]
     rings = [[fish_point(y, d, side) for d, side in around] for y in ys]
@@ -388,11 +497,25 @@ def fish():
     # The two pectoral fins: thin leaves that start within the body.
     for side in (1.0, -1.0):
         fin = []
-        for t, half, thick in ((0.0, 0.07, 0.025), (0.3, 0.12, 0.025), (0.6, 0.15, 0.02), (0.85, 0.13, 0.014), (1.0, 0.06, 0.008)):
+        for t, half, thick in (
+            (0.0, 0.07, 0.025),
+            (0.3, 0.12, 0.025),
+            (0.6, 0.15, 0.02),
+            (0.85, 0.13, 0.014),
+            (1.0, 0.06, 0.008),
+        ):
             centre = (side * (0.28 + 0.24 * t), -0.95 + 0.42 * t, -0.2 - 0.16 * t)
             along, over = (0.0, 0.45, -0.89), (0.87 * side, -0.3, 0.15)
-            fin.append([model.vertex(tuple(c + half * math.cos(a) * u + thick * math.sin(a) * o for c, u, o in zip(centre, along, over)))
-                        for a in (side * 2 * math.pi * s / 8 for s in range(8))])
+            fin.append(
+                [
+                    model.vertex(
+                        tuple(
+                            c + half * math.cos(a) * u + thick * math.sin(a) * o for c, u, o in zip(centre, along, over)
+                        )
+                    )
+                    for a in (side * 2 * math.pi * s / 8 for s in range(8))
+                ]
+            )
         fin = [ring[::-1] for ring in fin]
         model.grid(fin, [0.0, 0.3, 0.6, 0.85, 1.0], triangles=True)
         for ring, end in ((fin[0][::-1], 0), (fin[-1], 1)):
@@ -402,10 +525,21 @@ def fish():
 
 
 def ball(model, centre, radii, count, rows, turn=lambda p: p):
-    """An ellipsoid of triangles about `centre`, its poles up and down, each point placed by `turn` before it is moved there."""
-    at = lambda lon, lat: add(centre, turn((radii[0] * math.cos(lat) * math.cos(lon), radii[1] * math.cos(lat) * math.sin(lon),
-                                            radii[2] * math.sin(lat))))
-    rings = [[model.vertex(at(2 * math.pi * s / count, math.pi * (r / rows - 0.5))) for s in range(count)] for r in range(1, rows)]
+    """An ellipsoid of triangles, its poles up and down, turned by `turn` and then moved to `centre`."""
+    at = lambda lon, lat: add(
+        centre,
+        turn(
+            (
+                radii[0] * math.cos(lat) * math.cos(lon),
+                radii[1] * math.cos(lat) * math.sin(lon),
+                radii[2] * math.sin(lat),
+            )
+        ),
+    )
+    rings = [
+        [model.vertex(at(2 * math.pi * s / count, math.pi * (r / rows - 0.5))) for s in range(count)]
+        for r in range(1, rows)
+    ]
     model.grid(rings, [r / rows for r in range(1, rows)], triangles=True)
     model.cap(rings[0][::-1], (1 / rows, 0.0), model.vertex(at(0.0, -math.pi / 2)))
     model.cap(rings[-1], (1 - 1 / rows, 1.0), model.vertex(at(0.0, math.pi / 2)))
@@ -422,13 +556,20 @@ def head_point(lon, lat):
     """An egg with its thin end down: the chin."""
     z = 1.25 * math.sin(lat)
     narrow = 1.0 - 0.36 * (1.0 - smooth(-1.3, 0.5, z))
-    return (0.95 * math.cos(lat) * math.cos(lon) * narrow, 0.9 * math.cos(lat) * math.sin(lon) * narrow - 0.1 * (1.0 - smooth(-1.3, 0.2, z)), z)
+    return (
+        0.95 * math.cos(lat) * math.cos(lon) * narrow,
+        0.9 * math.cos(lat) * math.sin(lon) * narrow - 0.1 * (1.0 - smooth(-1.3, 0.2, z)),
+        z,
+    )
 
 
 def alien():
     model = Model("hu_alien", 60.0)
     count, rows = 32, 20
-    rings = [[model.vertex(head_point(2 * math.pi * s / count, math.pi * (r / rows - 0.5))) for s in range(count)] for r in range(1, rows)]
+    rings = [
+        [model.vertex(head_point(2 * math.pi * s / count, math.pi * (r / rows - 0.5))) for s in range(count)]
+        for r in range(1, rows)
+    ]
     model.grid(rings, [r / rows for r in range(1, rows)], triangles=True)
     model.cap(rings[0][::-1], (1 / rows, 0.0), model.vertex(head_point(0.0, -math.pi / 2)))
     model.cap(rings[-1], (1 - 1 / rows, 1.0), model.vertex(head_point(0.0, math.pi / 2)))
@@ -444,8 +585,16 @@ def alien():
             centre = (side * out, 0.04, up)
             across, over = (-side * math.sin(lean), 0.0, math.cos(lean)), (0.0, 1.0, 0.0)
             # Counter-clockwise about the way outwards: (across, over) turned by the side.
-            ear.append([model.vertex(tuple(c + tall * math.cos(a) * u + deep * math.sin(a) * o for c, u, o in zip(centre, across, over)))
-                        for a in (-side * 2 * math.pi * s / 14 for s in range(14))])
+            ear.append(
+                [
+                    model.vertex(
+                        tuple(
+                            c + tall * math.cos(a) * u + deep * math.sin(a) * o for c, u, o in zip(centre, across, over)
+                        )
+                    )
+                    for a in (-side * 2 * math.pi * s / 14 for s in range(14))
+                ]
+            )
         model.grid(ear, stations, triangles=True)
         model.cap(ear[0][::-1], (0.0, 0.0), model.vertex((side * 0.7, 0.04, -0.05)))
         tip = model.vertex((side * 1.625, 0.04, 0.412))
@@ -463,6 +612,7 @@ def alien_eyes():
             x, y, z = p
             x, z = x * math.cos(lean) + z * math.sin(lean), z * math.cos(lean) - x * math.sin(lean)
             return (x * math.cos(out) - y * math.sin(out), x * math.sin(out) + y * math.cos(out), z)
+
         ball(model, (side * 0.36, -0.765, 0.02), (0.17, 0.11, 0.27), 18, 10, turn)
     return model
 
@@ -508,7 +658,7 @@ class Scene:
         return solved
 
     def worst(self):
-        """The least ratio of volumes along the edges (tall faces bend between their corners) and at the faces' middles."""
+        """The least ratio of volumes along the edges and at the faces' middles, and where it is."""
         places = set()
         for _, model, _ in self.models:
             for face in model.faces:
@@ -534,14 +684,20 @@ class Scene:
         way = unit(sub(target, place))
         axis, angle = unit(cross((0.0, 0.0, 1.0), way)), math.degrees(math.acos(way[2]))
         radiance = tuple(round(power * c, 3) for c in (1.0, 0.96, 0.9))
-        out.append('[[light]]\ntype = "area"\nshape = "rectangle"\nradiance = %s\nto_world = [\n  { scale = 1.5 },\n'
-                   '  { rotate = { axis = %s, angle = %.2f } },\n  { translate = %s },\n]\n'
-                   % (vector(radiance), vector(round(x, 5) for x in axis), angle, vector(place)))
-        out.append('[[object]]\nname = "board"\nmesh = "%sboard.obj"\nmaterial = "board"\n'
-                   "transform = [{ scale = 6.0 }, { translate = %s }]\n" % (meshes, vector((0.0, 0.0, self.floor))))
+        out.append(
+            '[[light]]\ntype = "area"\nshape = "rectangle"\nradiance = %s\nto_world = [\n  { scale = 1.5 },\n'
+            "  { rotate = { axis = %s, angle = %.2f } },\n  { translate = %s },\n]\n"
+            % (vector(radiance), vector(round(x, 5) for x in axis), angle, vector(place))
+        )
+        out.append(
+            '[[object]]\nname = "board"\nmesh = "%sboard.obj"\nmaterial = "board"\n'
+            "transform = [{ scale = 6.0 }, { translate = %s }]\n" % (meshes, vector((0.0, 0.0, self.floor)))
+        )
         for name, model, material in self.models:
-            out.append('[[object]]\nname = "%s"\nmesh = "%s%s.obj"\nmaterial = "%s"\nnormals = "vertex"\n'
-                       % (name, meshes, model.name, material))
+            out.append(
+                '[[object]]\nname = "%s"\nmesh = "%s%s.obj"\nmaterial = "%s"\nnormals = "vertex"\n'
+                % (name, meshes, model.name, material)
+            )
             deform = '[[object.deform]]\ntype = "ffd"\ndegree = [3, 3, 3]\npoints = %s\n' % list(self.lattice.points)
             if self.bounds:
                 deform += "bounds = %s\n" % vectors(self.bounds)
@@ -559,8 +715,10 @@ class Scene:
         with open(os.path.join(SCENES, self.name + ".toml"), "w") as file:
             file.write(self.text())
         ratio, place = self.worst()
-        print("%-16s %3d drags, least volume ratio %.3f at %s" % (self.name, sum(len(s) for s, _ in self.edits), ratio,
-                                                               tuple(round(x, 2) for x in place)))
+        print(
+            "%-16s %3d drags, least volume ratio %.3f at %s"
+            % (self.name, sum(len(s) for s, _ in self.edits), ratio, tuple(round(x, 2) for x in place))
+        )
         if preview:
             with open(os.path.join(preview, self.name + ".npy"), "wb") as file:
                 header = "{'descr': '<f8', 'fortran_order': False, 'shape': (%d, %d, %d, 3), }" % self.lattice.points
@@ -575,22 +733,42 @@ class Scene:
 
 
 def fig03(model):
-    scene = Scene("hu_fig03", [
-        "A bottle given a new shape by four points, solved together: two pull its belly out near the foot, two press its waist.",
-        "After Fig. 3 of Hu et al. (2001).",
-    ], ((1.2, -9.5, 3.6), (0.0, 0.0, 1.72), 35.0), ((-4.0, -5.0, 7.0), 24.0), 0.0, [("bottle", model, "green")], (4, 4, 6), None)
+    scene = Scene(
+        "hu_fig03",
+        [
+            "A bottle given a new shape by four points, solved together: two pull its belly out near the foot, two press its waist.",
+            "After Fig. 3 of Hu et al. (2001).",
+        ],
+        ((1.2, -9.5, 3.6), (0.0, 0.0, 1.72), 35.0),
+        ((-4.0, -5.0, 7.0), 24.0),
+        0.0,
+        [("bottle", model, "green")],
+        (4, 4, 6),
+        None,
+    )
     near = lambda r, z, s: min(model.vertices, key=lambda p: math.dist(p, (s * r, 0.0, z)))
     sources = [near(0.68, 0.6, 1.0), near(0.68, 0.6, -1.0), near(0.66, 1.95, 1.0), near(0.66, 1.95, -1.0)]
-    moves = [(0.4, 0.0, -0.15), (-0.4, 0.0, -0.15), (-0.25, 0.0, 0.1), (0.25, 0.0, 0.1)]
+    moves = [(0.4, 0.0, -0.05), (-0.4, 0.0, -0.05), (-0.25, 0.0, 0.1), (0.25, 0.0, 0.1)]
     scene.drag(sources, moved(sources, moves))
+    # The foot has moved a little as well.
+    scene.floor = math.floor(1000.0 * min(scene.lattice.position(p)[2] for p in model.vertices)) / 1000.0
     return scene
 
 
 def fig04(model):
-    scene = Scene("hu_fig04", [
-        "A hollow cylinder turned into a cup by 48 points, solved together: rings of twelve around the rim, the belly, the stem, the foot.",
-        "The walls are 60 tall quadrilaterals each: every bend is of the exact deformation. After Fig. 4 of Hu et al. (2001).",
-    ], ((1.5, -6.8, 5.0), (0.0, 0.0, 1.2), 36.0), ((-4.0, -4.0, 7.0), 22.0), 0.0, [("cup", model, "clay")], (8, 8, 8), ((-1.4, -1.4, 0.0), (1.4, 1.4, 2.4)))
+    scene = Scene(
+        "hu_fig04",
+        [
+            "A hollow cylinder turned into a cup by 48 points, solved together: rings of twelve at rim, belly, stem and foot.",
+            "The walls are 60 tall quadrilaterals each: every bend is of the exact deformation. After Fig. 4 of Hu et al. (2001).",
+        ],
+        ((1.5, -6.8, 5.0), (0.0, 0.0, 1.2), 36.0),
+        ((-4.0, -4.0, 7.0), 22.0),
+        0.0,
+        [("cup", model, "clay")],
+        (6, 6, 8),
+        ((-1.4, -1.4, 0.0), (1.4, 1.4, 2.4)),
+    )
     sources, targets = [], []
     for z, radius, to in ((2.4, 1.45, 2.5), (1.5, 1.08, 1.6), (0.65, 0.42, 0.75), (0.0, 0.85, 0.0)):
         sources += [tuple(round(x, 12) for x in p) for p in circle(1.0, z, 12)]
@@ -605,11 +783,23 @@ FISH_CAMERA = ((8.6, -2.6, 2.1), (0.0, -0.1, 0.0), 36.0)
 
 def fig05(letter, model, eyes):
     cells = {"a": 4, "b": 7, "c": 10}[letter]
-    scene = Scene("hu_fig05_%s" % letter, [
-        "A fish stretched by four points, two near its mouth and two near its tail, with a lattice of 4x%dx4 control points." % cells,
-        "The same drags act the more locally the finer the lattice is (hu_fig05_a, _b, _c). After Fig. 5 of Hu et al. (2001).",
-    ], FISH_CAMERA, FISH_LIGHT, -1.15, [("fish", model, "gold"), ("eyes", eyes, "black")], (4, cells, 4), None)
-    sources = [vertex_near(model, p) for p in ((0.0, -2.0, 0.09), (0.0, -2.0, -0.08), (0.0, 2.1, 0.78), (0.0, 2.1, -0.74))]
+    scene = Scene(
+        "hu_fig05_%s" % letter,
+        [
+            "A fish stretched by four points, two near its mouth and two near its tail, with a lattice of 4x%dx4 control points."
+            % cells,
+            "The same drags act the more locally the finer the lattice is (hu_fig05_a, _b, _c). After Fig. 5 of Hu et al. (2001).",
+        ],
+        FISH_CAMERA,
+        FISH_LIGHT,
+        -1.15,
+        [("fish", model, "gold"), ("eyes", eyes, "black")],
+        (4, cells, 4),
+        None,
+    )
+    sources = [
+        vertex_near(model, p) for p in ((0.0, -2.0, 0.09), (0.0, -2.0, -0.08), (0.0, 2.1, 0.78), (0.0, 2.1, -0.74))
+    ]
     moves = [(0.0, -0.6, 0.05), (0.0, -0.6, -0.05), (0.0, 0.4, 0.35), (0.0, 0.4, -0.35)]
     scene.drag(sources, moved(sources, moves))
     return scene
@@ -620,34 +810,65 @@ def vertex_near(model, place):
 
 
 def fig06(model, eyes):
-    scene = Scene("hu_fig06", [
-        "A local deformation: the tips of the ears are pulled up by two points. The lattice covers the middle of the head alone,",
-        "from below the eyes to below the crown; its three outermost layers hold, so that the join is smooth. After Fig. 6 of Hu et al. (2001).",
-    ], ((1.4, -7.4, 1.2), (0.0, 0.0, 0.05), 34.0), ((-4.0, -5.0, 6.0), 24.0), -1.25, [("head", model, "skin"), ("eyes", eyes, "black")],
-        (18, 9, 10), ((-3.0, -1.5, -0.75), (3.0, 1.5, 1.15)), hold=3)
-    scene.drag(model.tips, moved(model.tips, [(0.15, 0.0, 0.65), (-0.15, 0.0, 0.65)]))
+    scene = Scene(
+        "hu_fig06",
+        [
+            "A local deformation: the tips of the ears are pulled up by two points. The lattice covers the middle of the head,",
+            "between chin and crown; its three outermost layers hold, so that the join is smooth.",
+            "After Fig. 6 of Hu et al. (2001).",
+        ],
+        ((1.4, -7.4, 1.2), (0.0, 0.0, 0.05), 34.0),
+        ((-4.0, -5.0, 6.0), 24.0),
+        -1.25,
+        [("head", model, "skin"), ("eyes", eyes, "black")],
+        (18, 9, 9),
+        ((-3.0, -1.5, -0.75), (3.0, 1.5, 1.2)),
+        hold=3,
+    )
+    scene.drag(model.tips, moved(model.tips, [(0.15, 0.0, 0.55), (-0.15, 0.0, 0.55)]))
     return scene
 
 
 def fig07(model, eyes):
     """One scene for each step of the decomposition: M = G^-1 D, and step q moves source q by G_qq M_q."""
-    sources = [vertex_near(model, p) for p in ((0.0, -2.0, 0.08), (0.0, 0.05, 0.96), (0.0, 2.1, 0.78), (0.0, 2.1, -0.74))]
+    sources = [
+        vertex_near(model, p) for p in ((0.0, -2.0, 0.08), (0.0, 0.05, 0.96), (0.0, 2.1, 0.78), (0.0, 2.1, -0.74))
+    ]
     moves = [(0.0, -0.5, 0.15), (0.0, 0.15, 0.5), (0.0, 0.15, 0.4), (0.0, 0.45, -0.25)]
     targets = moved(sources, moves)
-    make = lambda name, comment: Scene(name, comment, FISH_CAMERA, FISH_LIGHT, -1.15,
-                                       [("fish", model, "gold"), ("eyes", eyes, "black")], (4, 4, 4), None)
+    make = lambda name, comment: Scene(
+        name,
+        comment,
+        FISH_CAMERA,
+        FISH_LIGHT,
+        -1.15,
+        [("fish", model, "gold"), ("eyes", eyes, "black")],
+        (4, 4, 4),
+        None,
+    )
     joint = make("joint", [])
     multipliers, diagonal = joint.drag(sources, targets)
     rhos = [tuple(g * x for x in m) for g, m in zip(diagonal, multipliers)]
     print("hu_fig07: moves %s" % ["(%.3f, %.3f, %.3f)" % r for r in rhos])
     scenes = []
     for count in range(1, len(sources) + 1):
-        scene = make("hu_fig07_%d" % count, [
-            "Four drags taken apart into single moves, step %d of 4: %s." % (count, ("the mouth", "then the dorsal fin", "then the upper tip of the tail",
-                                                                            "then the lower tip of the tail")[count - 1]),
-            "Each move is by G_qq M_q with M = G^-1 D, not to where its point shall be in the end: that is where the last step leaves all four.",
-            "After Fig. 7 of Hu et al. (2001).",
-        ])
+        scene = make(
+            "hu_fig07_%d" % count,
+            [
+                "Four drags taken apart into single moves, step %d of 4: %s."
+                % (
+                    count,
+                    (
+                        "the mouth",
+                        "then the dorsal fin",
+                        "then the upper tip of the tail",
+                        "then the lower tip of the tail",
+                    )[count - 1],
+                ),
+                "Each move is by G_qq M_q with M = G^-1 D, not to its point's target: the last step brings all four to theirs.",
+                "After Fig. 7 of Hu et al. (2001).",
+            ],
+        )
         for q in range(count):
             scene.drag([sources[q]], [add(scene.lattice.position(sources[q]), rhos[q])])
         scenes.append(scene)
