@@ -14,7 +14,7 @@ const LEAST_HOLD: f64 = 1e-6;
 ///
 /// The change of the control points is δ = R G⁻¹ D: R has a column of rational basis values for each source, of the control
 /// points that are free; G = `RᵀR`; D has the displacements (Hu et al. 2001, section 4, with G where they write the inverse
-/// of R). For one point it is their equation 9, δ_a = R_a / ΣR² D. If sources depend on each other it is the pseudo-inverse.
+/// of R). For one point it is their equation 9, `δ_a = R_a / ΣR² D`. If sources depend on each other it is the pseudo-inverse.
 #[derive(Clone, Debug)]
 pub struct DirectManipulation {
     system: LeastNorm,
@@ -89,9 +89,8 @@ impl DirectManipulation {
             .zip(&solution.displacements)
             .map(|(want, got)| want.distance(*got))
             .collect();
-        // so written, NaN is missed
         let missed: Vec<usize> =
-            (0..off.len()).filter(|&i| !(off[i] <= self.tolerance)).map(|i| i + 1).collect();
+            (0..off.len()).filter(|&i| off[i].is_nan() || off[i] > self.tolerance).map(|i| i + 1).collect();
         if missed.is_empty() {
             return Ok(solution);
         }
@@ -127,7 +126,7 @@ impl DirectManipulation {
     }
 
     /// The displacements ρ of the single-point moves that together, in any order, change the lattice as
-    /// [`Self::solve_least_squares`] does: step q moves source q by ρ_q = G_qq M_q, M = G⁻¹ D.
+    /// [`Self::solve_least_squares`] does: step q moves source q by `ρ_q = G_qq M_q`, M = G⁻¹ D.
     ///
     /// Source: Hu et al. (2001), section 5, with displacements instead of their equation 19, which divides by basis
     /// values.

@@ -77,7 +77,7 @@ pub fn solve_weights(
             bound = next;
             continue;
         }
-        if !(outcome.1 <= CONSISTENT) {
+        if outcome.1.is_nan() || outcome.1 > CONSISTENT {
             break;
         }
         let at_bound = bound.iter().filter(|at| **at).count();
