@@ -73,7 +73,8 @@ fn the_traced_surface_passes_through_every_target() {
     let offsets =
         npyz::NpyFile::new(&array("offsets.npy")[..]).expect("npy").into_vec::<i64>().expect("integers");
     for (ray, ends) in offsets.windows(2).enumerate() {
-        let hits = &t[ends[0] as usize..ends[1] as usize];
+        let ends = [ends[0], ends[1]].map(|end| usize::try_from(end).expect("a count"));
+        let hits = &t[ends[0]..ends[1]];
         let off = hits.iter().map(|t| (t - 2.0).abs()).fold(f64::INFINITY, f64::min);
         // the last is a corner of the cube, which a ray may pass beside by rounding
         assert!(off < 1e-11 || ray % 4 == 3, "ray {ray} misses its target by {off:e}");

@@ -108,7 +108,8 @@ fn decompositions_give_the_same_lattice_in_any_order() {
     let alone = manipulation.decompose(&displacements);
     let mut order: Vec<usize> = (0..sources.len()).collect();
     for _ in 0..20 {
-        order.sort_by_key(|_| (noise.next() * 1e9) as i64);
+        let keys: Vec<f64> = order.iter().map(|_| noise.next()).collect();
+        order.sort_by(|&a, &b| keys[a].total_cmp(&keys[b]));
         let mut steps = before.clone();
         for &q in &order {
             let one = DirectManipulation::try_new(&steps, &sources[q..=q]).unwrap();

@@ -34,7 +34,7 @@ struct WeightEquations {
 /// The least change of the weights that takes the sources to their targets, every weight at least `min_weight` times the
 /// least one before.
 ///
-/// Q(t) = T is linear and homogeneous in the weights: Σ_a B_a(t) (P_a - T) w_a = 0, three equations for each drag, with basis
+/// Q(t) = T is linear and homogeneous in the weights: `Σ_a B_a(t) (P_a - T) w_a = 0`, three equations for each drag, with basis
 /// functions B without weights. Without bounds the least change is a projection on their null space (Hu et al. 2001 leave
 /// weights to the reader). With bounds l the least x = w' - w is max(l - w, Aᵀλ) where Aᵀλ is its unbounded form; which
 /// weights are at the bound is found by the primal-dual active set method (Hintermüller, Ito, Kunisch 2003), whose end
