@@ -60,6 +60,7 @@ pub mod scene;
 pub mod shade;
 pub mod spline;
 pub mod subdivide;
+pub mod surface;
 pub mod tessellate;
 #[cfg(test)]
 mod test_support;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the pipeline; each may use those before it.
-const ORDER: [&str; 16] = [
+const ORDER: [&str; 17] = [
     "math",
     "output",
     "arrays",
@@ -13,6 +13,7 @@ const ORDER: [&str; 16] = [
     "manipulate",
     "subdivide",
     "patch",
+    "surface",
     "trace",
     "tessellate",
     "film",

@@ -92,7 +92,9 @@ fn reference(path: &Path) -> (Picture, String) {
 /// FNV-1a (64 bits) of a scene file and of the meshes that it names.
 fn fnv(scene: &SceneDescription) -> String {
     let mut state: u64 = 0xcbf2_9ce4_8422_2325;
-    for path in std::iter::once(&scene.path).chain(scene.objects.iter().map(|object| &object.mesh.value)) {
+    for path in std::iter::once(scene.path.as_path())
+        .chain(scene.objects.iter().filter_map(|object| object.shape.mesh()))
+    {
         for byte in fs::read(path).unwrap() {
             state = (state ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
         }

@@ -150,8 +150,10 @@ impl SceneArgs {
         check_interrupted()?;
         if !quiet {
             for (object, made) in scene.objects.iter().zip(&built.objects) {
-                for line in made.notes.to_string().lines().skip(1) {
-                    eprintln!("trimray: {}: {line}", object.mesh.value.display());
+                if let Some(mesh) = object.shape.mesh() {
+                    for line in made.notes.to_string().lines().skip(1) {
+                        eprintln!("trimray: {}: {line}", mesh.display());
+                    }
                 }
                 for line in drags::compromises(made) {
                     eprintln!("trimray: {}: {line}", object.name.value);

@@ -56,6 +56,13 @@ pub struct TrimmedPatch {
 }
 
 impl TrimmedPatch {
+    /// A patch that is surface all over: one loop, of polygon and face 0, around the unit square.
+    pub fn untrimmed(frame: Frame, patch: BezierPatch) -> Self {
+        let mut trim = TrimBuilder::default();
+        trim.push(0, 0, [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y]);
+        Self { cell: None, frame, patch, trim: trim.finish(), boundary_error: 0.0 }
+    }
+
     /// The knot box it is the image of; `None` outside the lattice, where the surface is undeformed.
     pub fn cell(&self) -> Option<Cell> {
         self.cell.map(|cell| cell.map(|interval| interval as usize))

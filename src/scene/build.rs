@@ -14,15 +14,17 @@ use crate::shade::{
     Camera, CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
 };
 use crate::spline::{ControlLattice, SplineVolume};
+use crate::surface::SplineSurface;
 use crate::trace::{Geometry, NoAttributes, TracedObject, TracedScene, VertexAttributes};
 
 use super::attributes::{CarriedNormals, PolygonAttributes};
 use super::description::{
-    FfdDescription, LightDescription, Method, ObjectDescription, Outside, SceneDescription,
+    FfdDescription, LightDescription, Method, ObjectDescription, ObjectShape, Outside, SceneDescription,
 };
 use super::diagnostic::{Diagnostic, Location, SceneError};
 use super::edits::{DragReport, EditedLattice, edited_lattice};
 use super::pointwise::{Pointwise, deform_pointwise};
+use super::surface_object::{SurfaceObject, surface_object};
 
 /// A scene ready to trace and render.
 #[derive(Debug)]
@@ -181,21 +183,26 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
     let fault = |location: Location, message: String| {
         vec![Diagnostic { file: scene.path.clone(), location: Some(location), message }]
     };
-    let (mesh, file_notes) = load_obj(&object.mesh.value)
-        .map_err(|error| mesh_faults(error, |message| fault(object.mesh.location, message)))?;
+    let file = match &object.shape {
+        ObjectShape::Mesh(file) => file,
+        ObjectShape::Surface(surface) => return Ok(built_surface(object, &surface.value)),
+    };
+    let (mesh, file_notes) =
+        load_obj(&file.value).map_err(|error| mesh_faults(error, |message| fault(file.location, message)))?;
     let (polygons, notes) = prepare_polygons(&mesh, object.transform, MeshTolerances::default());
     let notes = file_notes.merged(notes);
     let Some(bounds) = polygons.bounds() else {
-        let message = format!("mesh {}: no face has an area", object.mesh.value.display());
-        return Err(fault(object.mesh.location, message));
+        let message = format!("mesh {}: no face has an area", file.value.display());
+        return Err(fault(file.location, message));
     };
-    check_uvs(scene, object, &polygons).map_err(|message| fault(object.name.location, message))?;
+    check_uvs(scene, object, &polygons, &file.value)
+        .map_err(|message| fault(object.name.location, message))?;
     if object.vertex_normals && !mesh.has_normals() {
         let message = format!(
             "mesh {}: has no normals (vn), which normals = \"vertex\" needs; normals = \"face\" needs none",
-            object.mesh.value.display()
+            file.value.display()
         );
-        return Err(fault(object.mesh.location, message));
+        return Err(fault(file.location, message));
     }
     let load = started.elapsed();
     let ffd = object.deform.first();
@@ -247,11 +254,29 @@ fn hash_of(numbers: impl Iterator<Item = f64>) -> [u8; 32] {
     *hasher.finalize().as_bytes()
 }
 
+/// A surface, all of it patches.
+fn built_surface(object: &ObjectDescription, surface: &SplineSurface) -> MadeObject {
+    let started = Instant::now();
+    let SurfaceObject { patches, attributes } = surface_object(surface, object.transform);
+    let times = BuildTimes { compose: started.elapsed(), ..BuildTimes::default() };
+    let built = BuiltObject {
+        notes: MeshNotes::default(),
+        volume: None,
+        lattice: None,
+        drags: Vec::new(),
+        subpolygons: 0,
+        attributes_hash: [0; 32],
+    };
+    let traced = TracedObject { name: object.name.value.clone(), patches, attributes: Box::new(attributes) };
+    MadeObject { traced, built, load: Duration::ZERO, times }
+}
+
 /// A textured material needs texture coordinates on every face.
 fn check_uvs(
     scene: &SceneDescription,
     object: &ObjectDescription,
     polygons: &PolygonSet,
+    file: &Path,
 ) -> Result<(), String> {
     let material = object.material.map(|index| &scene.materials[index]);
     let Some(material) = material.filter(|named| named.material.is_textured()) else {
@@ -264,7 +289,7 @@ fn check_uvs(
             object.name.value,
             material.name.value,
             bare.face,
-            object.mesh.value.display()
+            file.display()
         )),
     }
 }

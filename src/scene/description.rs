@@ -1,17 +1,18 @@
 //! A scene as its file gives it: checked plain data, before any mesh is read.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::diagnostic::Located;
+use super::diagnostic::{Located, Location};
 use super::names::{Choice, lookup};
 use super::pointwise::MAX_LEVEL;
 use crate::film::FilmSettings;
 use crate::shade::{CameraSettings, Light, Material, RenderSettings};
 use crate::spline::{Axis, SignedAxis};
 use crate::subdivide::FrameChoice;
+use crate::surface::SplineSurface;
 
 /// A whole scene file.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,8 +83,8 @@ pub struct NamedMaterial {
 pub struct ObjectDescription {
     /// Its name.
     pub name: Located<String>,
-    /// The mesh file, on the path of the scene file's folder.
-    pub mesh: Located<PathBuf>,
+    /// What it is before it is placed and deformed.
+    pub shape: ObjectShape,
     /// Index into the scene's materials; if none, the default material.
     pub material: Option<usize>,
     /// Places the mesh in the world before it is deformed; invertible.
@@ -94,6 +95,35 @@ pub struct ObjectDescription {
     pub method: Method,
     /// The deformations, in the order they apply.
     pub deform: Vec<Located<FfdDescription>>,
+}
+
+/// An object before it is placed and deformed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ObjectShape {
+    /// A mesh file, on the path of the scene file's folder.
+    Mesh(Located<PathBuf>),
+    /// A parametric surface.
+    Surface(Located<SplineSurface>),
+}
+
+impl ObjectShape {
+    /// Where the scene file gives it.
+    #[must_use]
+    pub const fn location(&self) -> Location {
+        match self {
+            Self::Mesh(mesh) => mesh.location,
+            Self::Surface(surface) => surface.location,
+        }
+    }
+
+    /// The mesh file, if it is a mesh.
+    #[must_use]
+    pub fn mesh(&self) -> Option<&Path> {
+        match self {
+            Self::Mesh(mesh) => Some(&mesh.value),
+            Self::Surface(_) => None,
+        }
+    }
 }
 
 /// How a deformed shape is represented for tracing.

@@ -12,13 +12,14 @@ mod parse;
 mod pointwise;
 mod reader;
 mod source;
+mod surface_object;
 mod transform;
 mod unavailable;
 
 pub use build::{BuiltObject, BuiltScene, SceneTimes};
 pub use description::{
     DragDescription, DragSources, DragUsing, Edit, FfdDescription, LightDescription, Method, MoveTo,
-    NamedMaterial, ObjectDescription, Outside, SceneDescription,
+    NamedMaterial, ObjectDescription, ObjectShape, Outside, SceneDescription,
 };
 pub use diagnostic::{Diagnostic, Located, Location, SceneError};
 pub use edits::{DragOutcome, DragReport};

@@ -7,6 +7,7 @@ mod light;
 mod material;
 mod names;
 mod object;
+mod surface;
 #[cfg(test)]
 mod tests;
 mod texture;

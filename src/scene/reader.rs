@@ -14,7 +14,6 @@ use toml::de::{DeTable, DeValue};
 use super::diagnostic::{Diagnostic, Located, Location};
 use super::names::{Choice, closest, did_you_mean, lookup, quoted, shortened};
 use super::source::Source;
-use super::unavailable;
 
 /// The faults found so far.
 pub(super) struct Faults<'a> {
@@ -250,14 +249,7 @@ impl<'a> Table<'a> {
     pub(super) fn check_keys(&mut self, known: &[&'static str]) {
         for (key, _) in self.entries {
             let (byte, key) = (key.span().start, key.get_ref());
-            let refused = unavailable::beside(self.label, key, |later| self.has(later));
-            if refused || known.contains(&key.as_ref()) {
-                continue;
-            }
-            if let Some(instead) = unavailable::key(self.label, key) {
-                let message = unavailable::message(&format!("{key:?}"), &instead.join(", "));
-                self.faults.report(byte, message);
-                self.excused.extend(instead);
+            if known.contains(&key.as_ref()) {
                 continue;
             }
             let message = format!(

@@ -1,9 +1,10 @@
 //! `[[object]]`.
 
-use super::ffd;
 use super::material::Materials;
 use super::names::Names;
-use crate::scene::description::{Method, ObjectDescription};
+use super::{ffd, surface};
+use crate::scene::description::{Method, ObjectDescription, ObjectShape};
+use crate::scene::diagnostic::Located;
 use crate::scene::names::{did_you_mean, quoted};
 use crate::scene::reader::{Table, Value};
 use crate::scene::transform;
@@ -22,10 +23,9 @@ pub(super) fn read_all(tables: Vec<Table<'_>>, materials: &Materials) -> Vec<Obj
 }
 
 fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Option<ObjectDescription> {
-    table.check_keys(&["name", "mesh", "material", "transform", "normals", "method", "deform"]);
+    table.check_keys(&["name", "mesh", "surface", "material", "transform", "normals", "method", "deform"]);
     let name = names.read(&table);
-    let mesh =
-        table.required_located("mesh", "the path of an OBJ file, from the scene file's folder", Value::path);
+    let shape = read_shape(&table);
     let material = read_material(&table, materials);
     let transform = transform::read(&table, "transform");
     let normals = table.name_index("normals", "normals", &["face", "vertex"]);
@@ -43,13 +43,38 @@ fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Optio
     let deform = deform.into_iter().filter_map(ffd::read).collect();
     Some(ObjectDescription {
         name: name?,
-        mesh: mesh?,
+        shape: shape?,
         material,
         transform: transform?,
         vertex_normals: normals == Some(1),
         method: method.unwrap_or_default(),
         deform,
     })
+}
+
+/// The mesh or the surface, one of which there must be.
+fn read_shape(table: &Table<'_>) -> Option<ObjectShape> {
+    let file = "the path of an OBJ file, from the scene file's folder";
+    if !table.has("surface") {
+        return table.required_located("mesh", file, Value::path).map(ObjectShape::Mesh);
+    }
+    if table.has("mesh") {
+        table.report_key("surface", "an object has either a mesh or a surface, not both".to_owned());
+        return None;
+    }
+    for (key, why) in [
+        ("deform", "deformations of surfaces are not available in this version"),
+        ("normals", "a surface has its own normals"),
+        ("method", "a surface is exact always"),
+    ] {
+        if table.has(key) {
+            table.report_key(key, why.to_owned());
+        }
+    }
+    let inner = table.table("surface", "a surface")?;
+    let surface = surface::read(inner)?;
+    let location = table.value("surface")?.location();
+    Some(ObjectShape::Surface(Located { value: surface, location }))
 }
 
 /// Index of the object's material.

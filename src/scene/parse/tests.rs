@@ -7,7 +7,7 @@ use super::*;
 use crate::film::{Aov, FilmSettings, Filter};
 use crate::scene::{
     Edit, FfdDescription, LightDescription, Located, Location, Method, MoveTo, NamedMaterial,
-    ObjectDescription, Outside,
+    ObjectDescription, ObjectShape, Outside,
 };
 use crate::shade::{
     BitmapSource, Checkerboard, CoatSource, GlassSource, MetalSource, MicrofacetDistribution,
@@ -151,7 +151,7 @@ fn full_objects() -> Vec<ObjectDescription> {
     vec![
         ObjectDescription {
             name: located("cube".to_owned(), 49, 8),
-            mesh: located(PathBuf::from("scenes/meshes/cube.obj"), 50, 8),
+            shape: ObjectShape::Mesh(located(PathBuf::from("scenes/meshes/cube.obj"), 50, 8)),
             material: Some(1),
             transform: DAffine3::from_mat3_translation(turned, DVec3::Z),
             vertex_normals: false,
@@ -160,7 +160,7 @@ fn full_objects() -> Vec<ObjectDescription> {
         },
         ObjectDescription {
             name: located("plain".to_owned(), 84, 8),
-            mesh: located(PathBuf::from("/abs/plain.obj"), 85, 8),
+            shape: ObjectShape::Mesh(located(PathBuf::from("/abs/plain.obj"), 85, 8)),
             material: None,
             transform: DAffine3::IDENTITY,
             vertex_normals: false,
@@ -421,7 +421,7 @@ fn all_but_objects_may_be_left_out() {
     assert_eq!(scene.lights, None);
     let sky = Light::Constant { radiance: DVec3::ONE };
     assert_eq!(scene.lights_or_default(), [LightDescription::Complete(sky)]);
-    assert_eq!(scene.objects[0].mesh.value, Path::new("scenes/a.obj"));
+    assert_eq!(scene.objects[0].shape.mesh(), Some(Path::new("scenes/a.obj")));
 }
 
 #[test]
