@@ -47,7 +47,7 @@ def fnv(scene):
     """FNV-1a (64 bits) of a scene file and of the files that it names, in the order of the objects."""
     description = tomllib.loads(scene.read_text(encoding="utf-8"))
     state = 0xCBF29CE484222325
-    for path in [scene, *(scene.parent / entry["mesh"] for entry in description["object"])]:
+    for path in [scene, *(scene.parent / entry["mesh"] for entry in description["object"] if "mesh" in entry)]:
         for byte in path.read_bytes():
             state = (state ^ byte) * 0x100000001B3 % 2**64
     return f"{state:016x}"
