@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::patch::BezierPatch;
+use crate::patch::{BezierPatch, PatchPoint};
 
 /// Steps along each side of the grid of points at which a triangle is measured.
 const STEPS: usize = 4;
@@ -41,26 +41,38 @@ impl Distances {
     }
 }
 
+/// The step of the parameters whose partials come nearest to an offset; none where they are parallel.
+fn along_surface(point: &PatchPoint, offset: DVec3) -> DVec2 {
+    let (s, t) = (point.dp_ds, point.dp_dt);
+    let normal = s.cross(t);
+    let step = DVec2::new(offset.cross(t).dot(normal), s.cross(offset).dot(normal)) / normal.length_squared();
+    if step.is_finite() { step } else { DVec2::ZERO }
+}
+
 /// Distances of a flat triangle from the surface over the triangle `st` of a patch's parameters, at the points of a grid and
 /// the centroid.
 ///
-/// A point's distance is that from the surface's tangent plane at the same parameters, so that a point on the surface
-/// but not where its parameters would be counts as exact. Where the triangle leans away from the tangent plane, it
-/// is that from the surface's point.
+/// A point's distance is that from the surface's point at the same parameters if they matter, as they do for texture
+/// coordinates. Else it is that from the tangent plane where the surface is nearest, after one step of Newton's method
+/// from these parameters: a point on the surface but not where its parameters would be counts as exact. Where the
+/// triangle leans away from the tangent plane, it is the first in any case.
 pub(super) fn distances(
     patch: &BezierPatch,
     st: [DVec2; 3],
     corners: [DVec3; 3],
-    is_first: bool,
+    (is_first, parameters_matter): (bool, bool),
 ) -> Distances {
     let facet = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
     let distance = |weights: DVec3| {
         let at = weights.x * st[0] + weights.y * st[1] + weights.z * st[2];
         let flat = weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2];
         let exact = patch.eval(at);
-        let normal = exact.dp_ds.cross(exact.dp_dt).normalize_or_zero();
         let offset = flat - exact.position;
-        if normal.dot(facet).abs() > OBLIQUE { offset.dot(normal).abs() } else { offset.length() }
+        if parameters_matter || exact.normal().dot(facet).abs() <= OBLIQUE {
+            return offset.length();
+        }
+        let nearer = patch.eval(at + along_surface(&exact, offset));
+        (flat - nearer.position).dot(nearer.normal()).abs()
     };
     let steps = if is_first { FIRST_STEPS } else { STEPS };
     let mut found = Distances::default();

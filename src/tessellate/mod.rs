@@ -44,8 +44,8 @@ pub struct Tessellation {
     pub normals: Vec<DVec3>,
     /// Indices of the vertices, counter-clockwise seen from the side of the input faces' winding.
     pub triangles: Vec<[u32; 3]>,
-    /// Greatest distance found between the triangles and the exact surface, at points all over the triangles, measured
-    /// along the surface's normal.
+    /// Greatest distance found between the triangles and the exact surface, at points all over the triangles: with texture
+    /// coordinates between points of the same ones, else from the surface wherever it is nearest.
     pub deviation: f64,
 }
 
@@ -79,7 +79,12 @@ pub fn tessellate(
     fineness: Fineness,
     cancel: &AtomicBool,
 ) -> Result<Tessellation, TessellateError> {
-    let mut refinement = Refinement::new(base_mesh(&object.patches), cancel);
+    let mesh = base_mesh(&object.patches);
+    let has_uvs = mesh.triangles.first().is_some_and(|triangle| {
+        let part = &mesh.parts[triangle.part as usize];
+        object.attributes.uv(part.polygon, part.patch.frame.point(triangle.st[0])).is_finite()
+    });
+    let mut refinement = Refinement::new(mesh, has_uvs, cancel);
     let deviation = match fineness {
         Fineness::Tolerance(tolerance) => refinement.refine_to(tolerance)?,
         Fineness::Level(level) => {

@@ -21,6 +21,8 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 pub(super) struct Refinement<'a> {
     pub(super) mesh: Mesh<'a>,
     cancel: &'a AtomicBool,
+    /// Whether vertices carry what depends on their parameters.
+    parameters_matter: bool,
 }
 
 /// A vertex in the middle of an edge. There are two if the surface is torn there.
@@ -34,8 +36,8 @@ struct Middles {
 type Middle = Option<(u32, DVec2)>;
 
 impl<'a> Refinement<'a> {
-    pub(super) fn new(mesh: Mesh<'a>, cancel: &'a AtomicBool) -> Self {
-        Self { mesh, cancel }
+    pub(super) const fn new(mesh: Mesh<'a>, parameters_matter: bool, cancel: &'a AtomicBool) -> Self {
+        Self { mesh, cancel, parameters_matter }
     }
 
     /// Halves edges until all triangles are within `tolerance` of the surface; returns how far they are.
@@ -89,7 +91,7 @@ impl<'a> Refinement<'a> {
     fn distances(&self, triangle: &Triangle) -> Distances {
         let patch = &self.mesh.parts[triangle.part as usize].patch.patch;
         let corners = triangle.vertices.map(|vertex| self.mesh.positions[vertex as usize]);
-        distances(patch, triangle.st, corners, triangle.is_first)
+        distances(patch, triangle.st, corners, (triangle.is_first, self.parameters_matter))
     }
 
     /// Halves the edges that are marked, in all triangles that have them.

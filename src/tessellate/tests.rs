@@ -8,6 +8,7 @@ use crate::patch::{Deformation, DeformedPolygons, PlanarPolygon, TrimmedPatch, d
 use crate::spline::Cell;
 use crate::spline::{Axis, ControlLattice, SplineVolume};
 use crate::subdivide::FrameChoice;
+use crate::surface::Shape;
 use crate::test_support::{Noise, ball_triangles, cube_triangles, deform, random_volume};
 use crate::trace::{NoAttributes, VertexAttributes};
 
@@ -243,4 +244,26 @@ fn work_that_cannot_be_done_is_refused() {
     let go_on = AtomicBool::new(false);
     let fine = tessellate(&object, Fineness::Level(14), &go_on);
     assert_eq!(fine, Err(TessellateError::TooMany));
+}
+
+#[test]
+fn triangles_beside_a_curved_edge_are_near_the_surface() {
+    // about the circle where a torus stands, triangles within the circle's plane are tangent to it, but far from it
+    let torus = Shape::Torus { center: DVec3::ZERO, axis: DVec3::Z, major_radius: 2.0, minor_radius: 0.8 };
+    let object = object(torus.surface().unwrap().patches());
+    for tolerance in [1e-2, 1e-3] {
+        let mesh = made(&object, Fineness::Tolerance(tolerance));
+        let off = |p: DVec3| {
+            let across = p.reject_from(DVec3::Z);
+            ((across - 2.0 * across.normalize() + p.project_onto(DVec3::Z)).length() - 0.8).abs()
+        };
+        let mut worst: f64 = 0.0;
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
+            for (u, v) in [(1.0 / 3.0, 1.0 / 3.0), (0.5, 0.5), (0.5, 0.0), (0.0, 0.5)] {
+                worst = worst.max(off(a + u * (b - a) + v * (c - a)));
+            }
+        }
+        assert!(worst <= 1.05 * tolerance, "{tolerance}: {worst}");
+    }
 }
