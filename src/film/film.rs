@@ -11,6 +11,8 @@ use super::settings::{Aov, FilmSettings};
 /// Sums of several tiles are added in the tiles' order, so that another side would change the last bits of pixels.
 const TILE_SIDE: u32 = 16;
 
+const _: () = assert!(Filter::MAX_BORDER <= TILE_SIDE, "filters reach no farther than the next tile");
+
 /// Why a film cannot be exposed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum FilmError {
@@ -112,10 +114,16 @@ impl Film {
     pub fn develop<'a>(&self, tiles: impl IntoIterator<Item = &'a Exposure>) -> Image {
         let tiles: Vec<&Exposure> = tiles.into_iter().collect();
         let mut image = self.image();
-        for exposure in &tiles {
-            let around = exposure.tile().grown(2 * self.filter.border(), self.frame());
-            let near: Vec<&Exposure> =
-                tiles.iter().copied().filter(|other| other.tile().intersection(around).is_some()).collect();
+        let Some(first) = tiles.first().map(|exposure| exposure.tile()) else { return image };
+        let columns = tiles.iter().take_while(|exposure| exposure.tile().y == first.y).count();
+        let rows = tiles.len() / columns;
+        // no filter reaches farther than the next tile
+        let beside = |index: usize, count: usize| index.saturating_sub(1)..(index + 2).min(count);
+        for (index, exposure) in tiles.iter().enumerate() {
+            let near: Vec<&Exposure> = beside(index / columns, rows)
+                .flat_map(|row| beside(index % columns, columns).map(move |column| row * columns + column))
+                .map(|index| tiles[index])
+                .collect();
             if let Some((window, channels)) = self.develop_tile(exposure, &near) {
                 image.put_tile(window, &channels);
             }

@@ -19,6 +19,9 @@ pub enum Filter {
 }
 
 impl Filter {
+    /// The greatest [`Self::border`].
+    pub(super) const MAX_BORDER: u32 = Self::Lanczos.border();
+
     /// Distance along each axis from which the filter is 0, in pixels.
     pub const fn radius(self) -> f64 {
         match self {

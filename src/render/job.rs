@@ -118,11 +118,11 @@ impl<'a, G: Geometry> Job<'a, G> {
     fn advance(&self, tile: &Mutex<Progress>, end: u32) -> Result<RenderStatistics, Stop> {
         let (mut exposure, start) = {
             let progress = lock(tile);
+            if progress.samples >= end {
+                return Ok(RenderStatistics::default());
+            }
             (progress.exposure.clone(), progress.samples)
         };
-        if start >= end {
-            return Ok(RenderStatistics::default());
-        }
         // a tile is one thread's work from start to end
         let (counted, trace) = TracedScene::counting(|| -> Result<RenderStatistics, Stop> {
             let mut buffers = Buffers::default();
