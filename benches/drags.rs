@@ -40,10 +40,11 @@ fn main() {
             assert!(!solution.moves.is_empty());
             assert_eq!(manipulation.decompose(&displacements).len(), count);
         });
-        let manipulation = DirectManipulation::try_new(&lattice, &sources).expect("in the box");
-        let drags: Vec<Drag> = (0..count)
-            .map(|i| Drag { source: sources[i], target: manipulation.positions()[i] + displacements[i] })
-            .collect();
+        let drag = |(&source, displacement): (&DVec3, &DVec3)| Drag {
+            source,
+            target: lattice.position(source).expect("in the box") + displacement,
+        };
+        let drags: Vec<Drag> = sources.iter().zip(&displacements).map(drag).collect();
         let by_weights = least(|| {
             assert!(solve_weights(&lattice, &drags, 1e-3).is_ok());
         });

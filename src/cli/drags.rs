@@ -4,7 +4,6 @@ use std::fmt::Write;
 
 use anyhow::Context;
 use clap::Args;
-use glam::DVec3;
 use serde::Serialize;
 
 use crate::export::to_json;
@@ -178,9 +177,4 @@ fn table(drags: &Drags) -> String {
         }
     }
     text
-}
-
-/// Where a drag takes a point, for pictures.
-pub(super) fn ends(report: &DragReport) -> impl Iterator<Item = [DVec3; 2]> {
-    report.drags.iter().map(|drag| [drag.before, drag.target])
 }

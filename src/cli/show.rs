@@ -8,8 +8,6 @@ use crate::scene::BuiltScene;
 use crate::shade::Camera;
 use crate::spline::ControlLattice;
 
-use super::drags::ends;
-
 /// What can be drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Show {
@@ -35,8 +33,9 @@ pub(super) fn draw(image: &mut Image, show: &[Show], built: &BuiltScene, camera:
             draw_lattice(&mut overlay, lattice, camera, unit.max(0.7));
         }
         if show.contains(&Show::Drags) {
-            for [source, target] in object.drags.iter().flat_map(ends) {
-                let [Some(from), Some(to)] = [source, target].map(|p| camera.project(p)) else { continue };
+            for drag in object.drags.iter().flat_map(|report| &report.drags) {
+                let ends = [drag.before, drag.target].map(|end| camera.project(end));
+                let [Some(from), Some(to)] = ends else { continue };
                 overlay.line([from, to], 1.5 * unit.max(0.7), TARGET);
                 overlay.dot(from, 4.0 * unit.max(0.7), SOURCE);
                 overlay.dot(to, 4.0 * unit.max(0.7), TARGET);

@@ -119,13 +119,7 @@ impl LeastNorm {
 
     /// x = A λ.
     pub(super) fn combine(&self, multipliers: &[f64]) -> Vec<f64> {
-        let mut x = vec![0.0; self.unknowns];
-        for (equation, multiplier) in self.equations.iter().zip(multipliers) {
-            for (&unknown, a) in equation.unknowns.iter().zip(&equation.coefficients) {
-                x[unknown] += a * multiplier;
-            }
-        }
-        x
+        combine(&self.equations, multipliers, self.unknowns)
     }
 
     /// The right-hand side nearest to `b` (in the sum of squares) that the equations can have.
@@ -145,6 +139,17 @@ impl LeastNorm {
         }
         nearest
     }
+}
+
+/// The combination of equations with multipliers, as a vector of so many unknowns.
+pub(super) fn combine(equations: &[Equation], multipliers: &[f64], unknowns: usize) -> Vec<f64> {
+    let mut x = vec![0.0; unknowns];
+    for (equation, multiplier) in equations.iter().zip(multipliers) {
+        for (&unknown, a) in equation.unknowns.iter().zip(&equation.coefficients) {
+            x[unknown] += a * multiplier;
+        }
+    }
+    x
 }
 
 #[cfg(test)]

@@ -12,7 +12,6 @@ use glam::DVec3;
 use thiserror::Error;
 
 use crate::spline::ControlLattice;
-use least_norm::Equation;
 
 pub use points::{DirectManipulation, PointSolution};
 pub use weights::{WeightSolution, solve_weights};
@@ -106,15 +105,39 @@ fn numbered(drags: &[usize]) -> String {
     }
 }
 
-/// The basis functions at a drag's source that are not 0: places of control points and values without weights.
-fn basis_of(lattice: &ControlLattice, drag: usize, source: DVec3) -> Result<Equation, DragError> {
-    let basis = lattice.basis(source).ok_or_else(|| DragError::Outside {
-        drag: drag + 1,
-        source_point: source,
-        bounds: lattice.bounds(),
-    })?;
-    let (unknowns, coefficients) = basis.into_iter().filter(|(_, value)| *value != 0.0).unzip();
-    Ok(Equation { unknowns, coefficients })
+/// Sum of the rational basis values of the free control points below which a source counts as held: to move it by 1 they
+/// would move by the reciprocal of this.
+const LEAST_HOLD: f64 = 1e-6;
+
+/// The control points that have a say at a drag's source.
+struct Basis {
+    /// Places in the lattice and basis values without weights, where these are not 0.
+    all: Vec<(usize, f64)>,
+    /// Those of them that are free.
+    free: Vec<(usize, f64)>,
+    /// The weighted sum of all values.
+    total: f64,
+}
+
+impl Basis {
+    fn at(lattice: &ControlLattice, drag: usize, source: DVec3) -> Result<Self, DragError> {
+        let mut all = lattice.basis(source).ok_or_else(|| DragError::Outside {
+            drag: drag + 1,
+            source_point: source,
+            bounds: lattice.bounds(),
+        })?;
+        all.retain(|(_, value)| *value != 0.0);
+        let is_free = |(flat, _): &(usize, f64)| !lattice.is_held(lattice.index_of(*flat));
+        let free: Vec<_> = all.iter().copied().filter(is_free).collect();
+        let weighted = |values: &[(usize, f64)]| -> f64 {
+            values.iter().map(|&(flat, value)| value * lattice.points()[flat].w).sum()
+        };
+        let total = weighted(&all);
+        if weighted(&free) / total < LEAST_HOLD {
+            return Err(DragError::Held { drag: drag + 1, source_point: source });
+        }
+        Ok(Self { all, free, total })
+    }
 }
 
 /// The length that residuals are measured by.

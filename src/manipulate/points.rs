@@ -3,12 +3,8 @@
 use glam::DVec3;
 
 use super::least_norm::{Equation, LeastNorm};
-use super::{CONSISTENT, DragError, basis_of, diagonal};
+use super::{Basis, CONSISTENT, DragError, diagonal};
 use crate::spline::ControlLattice;
-
-/// Sum of the basis values of the free control points below which a source counts as held: to move it by 1 they would move
-/// by the reciprocal of this.
-const LEAST_HOLD: f64 = 1e-6;
 
 /// Points of the object that are dragged together, by the least change of the control points.
 ///
@@ -18,8 +14,6 @@ const LEAST_HOLD: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub struct DirectManipulation {
     system: LeastNorm,
-    /// All basis functions of each source, those of held control points too, with the positions they give.
-    positions: Vec<DVec3>,
     tolerance: f64,
 }
 
@@ -40,29 +34,15 @@ impl DirectManipulation {
     /// # Errors
     /// If a source is outside the box, or where all control points are held.
     pub fn try_new(lattice: &ControlLattice, sources: &[DVec3]) -> Result<Self, DragError> {
-        let (mut equations, mut positions) = (Vec::new(), Vec::new());
-        for (drag, &source) in sources.iter().enumerate() {
-            let basis = basis_of(lattice, drag, source)?;
-            let weighted = |(&flat, &value): (&usize, &f64)| (flat, value * lattice.points()[flat].w);
-            let terms: Vec<_> = basis.unknowns.iter().zip(&basis.coefficients).map(weighted).collect();
-            let total: f64 = terms.iter().map(|(_, value)| value).sum();
-            let position = terms.iter().map(|&(flat, value)| lattice.points()[flat].truncate() * value);
-            positions.push(position.sum::<DVec3>() / total);
-            let free = terms.iter().filter(|(flat, _)| !lattice.is_held(lattice.index_of(*flat)));
-            let (unknowns, coefficients): (Vec<_>, Vec<_>) =
-                free.map(|&(flat, value)| (flat, value / total)).unzip();
-            if coefficients.iter().sum::<f64>() < LEAST_HOLD {
-                return Err(DragError::Held { drag: drag + 1, source_point: source });
-            }
-            equations.push(Equation { unknowns, coefficients });
-        }
+        let equation = |(drag, source): (usize, &DVec3)| {
+            let Basis { free, total, .. } = Basis::at(lattice, drag, *source)?;
+            let rational = |(flat, value): (usize, f64)| (flat, value * lattice.points()[flat].w / total);
+            let (unknowns, coefficients) = free.into_iter().map(rational).unzip();
+            Ok(Equation { unknowns, coefficients })
+        };
+        let equations: Vec<_> = sources.iter().enumerate().map(equation).collect::<Result<_, _>>()?;
         let system = LeastNorm::new(equations, lattice.points().len());
-        Ok(Self { system, positions, tolerance: CONSISTENT * diagonal(lattice) })
-    }
-
-    /// Where the lattice takes the sources.
-    pub fn positions(&self) -> &[DVec3] {
-        &self.positions
+        Ok(Self { system, tolerance: CONSISTENT * diagonal(lattice) })
     }
 
     /// Number of independent sources.
@@ -149,7 +129,7 @@ impl DirectManipulation {
 
     /// M = G⁻¹ D.
     fn multipliers(&self, displacements: &[DVec3]) -> Vec<DVec3> {
-        assert_eq!(displacements.len(), self.positions.len(), "one displacement for each source");
+        assert_eq!(displacements.len(), self.system.equations().len(), "one displacement for each source");
         let [x, y, z] = [0, 1, 2].map(|axis| {
             let of_axis: Vec<f64> = displacements.iter().map(|displacement| displacement[axis]).collect();
             self.system.multipliers(&self.system.consistent(&of_axis))

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::hull::is_outside;
-use super::least_norm::{Equation, LeastNorm};
-use super::{CONSISTENT, Drag, DragError, basis_of, diagonal};
+use super::least_norm::{Equation, LeastNorm, combine};
+use super::{Basis, CONSISTENT, Drag, DragError, diagonal};
 use crate::spline::ControlLattice;
 
 /// Most changes of the set of weights at their bound.
@@ -66,12 +66,7 @@ pub fn solve_weights(
         let left = system.equations().iter().zip(&rest).map(|(equation, rest)| rest - equation.dot(&change));
         outcome = (system.rank(), left.fold(0.0, |most: f64, left| most.max(left.abs())));
         // what each weight's change would be without bounds, those at the bound too
-        let mut free = vec![0.0; before.len()];
-        for (equation, multiplier) in equations.iter().zip(&multipliers) {
-            for (&unknown, a) in equation.unknowns.iter().zip(&equation.coefficients) {
-                free[unknown] += a * multiplier;
-            }
-        }
+        let free = combine(&equations, &multipliers, before.len());
         let next: Vec<bool> = (0..before.len()).map(|i| before[i] + free[i] < least).collect();
         if next != bound {
             bound = next;
@@ -106,16 +101,12 @@ fn equations(
     let mut made = WeightEquations { equations: Vec::new(), right: Vec::new() };
     let size = diagonal(lattice);
     for (number, drag) in drags.iter().enumerate() {
-        let basis = basis_of(lattice, number, drag.source)?;
-        let terms = || basis.unknowns.iter().copied().zip(basis.coefficients.iter().copied());
-        if terms().all(|(flat, _)| lattice.is_held(lattice.index_of(flat))) {
-            return Err(DragError::Held { drag: number + 1, source_point: drag.source });
-        }
+        let Basis { all, .. } = Basis::at(lattice, number, drag.source)?;
         for axis in 0..3 {
             let lever = |flat: usize| (lattice.points()[flat].truncate() - drag.target)[axis] / size;
             let mut equation = Equation::default();
             let mut right = 0.0;
-            for (flat, value) in terms() {
+            for &(flat, value) in &all {
                 let coefficient = value * lever(flat);
                 right -= coefficient * weights[flat];
                 if !lattice.is_held(lattice.index_of(flat)) {
@@ -150,9 +141,8 @@ fn infeasible(
     (count, (rank, residual)): (usize, (usize, f64)),
 ) -> DragError {
     for (number, drag) in drags.iter().enumerate() {
-        let Ok(basis) = basis_of(lattice, number, drag.source) else { continue };
-        let active: Vec<DVec3> =
-            basis.unknowns.iter().map(|&flat| lattice.points()[flat].truncate()).collect();
+        let Ok(Basis { all, .. }) = Basis::at(lattice, number, drag.source) else { continue };
+        let active: Vec<DVec3> = all.iter().map(|&(flat, _)| lattice.points()[flat].truncate()).collect();
         if is_outside(drag.target, &active) {
             return DragError::OutsideHull { drag: number + 1, target: drag.target };
         }

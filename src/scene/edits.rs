@@ -81,13 +81,9 @@ pub(super) fn edited_lattice(
             .map_err(|error| fault(ffd.location, error.to_string()))?;
     let mut drags = Vec::new();
     for (number, edit) in (1..).zip(&description.edits) {
-        let done = match &edit.value {
-            Edit::Drag(drag) => apply_drag(&mut lattice, drag, scene.least_squares, pick).map(|report| {
-                drags.push(DragReport { edit: number, ..report });
-            }),
-            other => apply(&mut lattice, other),
-        };
-        done.map_err(|message| fault(edit.location, message))?;
+        let report = apply(&mut lattice, &edit.value, scene.least_squares, pick);
+        let report = report.map_err(|message| fault(edit.location, message))?;
+        drags.extend(report.map(|report| DragReport { edit: number, ..report }));
     }
     let volume = lattice.volume().map_err(|error| fault(ffd.location, error.to_string()))?;
     Ok(EditedLattice { volume, lattice, drags })
@@ -101,7 +97,13 @@ fn padded([low, high]: [DVec3; 2]) -> [DVec3; 2] {
     [low - padding, high + padding]
 }
 
-fn apply(lattice: &mut ControlLattice, edit: &Edit) -> Result<(), String> {
+/// Applies one edit; of drags it gives a report, with the edit's number still to be set.
+fn apply(
+    lattice: &mut ControlLattice,
+    edit: &Edit,
+    least_squares: bool,
+    pick: Pick<'_>,
+) -> Result<Option<DragReport>, String> {
     let held = |error: HeldPoint| error.to_string();
     match edit {
         Edit::Move { index, to: MoveTo::By(offset) } => lattice.move_by(*index, *offset).map_err(held)?,
@@ -115,9 +117,9 @@ fn apply(lattice: &mut ControlLattice, edit: &Edit) -> Result<(), String> {
             let points = read_lattice(path, lattice.counts())?;
             lattice.set_all(points).map_err(held)?;
         }
-        Edit::Drag(_) => unreachable!("drags have a report"),
+        Edit::Drag(drag) => return apply_drag(lattice, drag, least_squares, pick).map(Some),
     }
-    Ok(())
+    Ok(None)
 }
 
 fn apply_drag(
@@ -134,13 +136,12 @@ fn apply_drag(
     };
     let targets = &description.targets;
     let text = |error: crate::manipulate::DragError| error.to_string();
-    let manipulation = DirectManipulation::try_new(lattice, &sources).map_err(text)?;
-    let before = manipulation.positions().to_vec();
+    let before = positions(lattice, &sources);
     let mut report = DragReport {
         edit: 0,
         using: description.using,
         equations: sources.len(),
-        rank: manipulation.rank(),
+        rank: 0,
         condition: 0.0,
         objective: 0.0,
         drags: Vec::new(),
@@ -150,6 +151,7 @@ fn apply_drag(
     let mut decomposed = None;
     match description.using {
         DragUsing::Points => {
+            let manipulation = DirectManipulation::try_new(lattice, &sources).map_err(text)?;
             let displacements: Vec<DVec3> = targets.iter().zip(&before).map(|(to, from)| to - from).collect();
             let solution: PointSolution = if least_squares {
                 manipulation.solve_least_squares(&displacements)
@@ -157,6 +159,7 @@ fn apply_drag(
                 manipulation.solve(&displacements).map_err(text)?
             };
             decomposed = Some(manipulation.decompose(&displacements));
+            report.rank = manipulation.rank();
             report.condition = manipulation.condition();
             report.objective = solution.objective;
             report.moves =
@@ -175,16 +178,21 @@ fn apply_drag(
             solution.apply(lattice);
         }
     }
-    let after = DirectManipulation::try_new(lattice, &sources).map_err(text)?;
+    let after = positions(lattice, &sources);
     report.drags = (0..sources.len())
         .map(|i| DragOutcome {
             source: sources[i],
             target: targets[i],
             before: before[i],
-            reached: after.positions()[i],
-            residual: after.positions()[i].distance(targets[i]),
+            reached: after[i],
+            residual: after[i].distance(targets[i]),
             decomposed: decomposed.as_ref().map(|decomposed: &Vec<DVec3>| decomposed[i]),
         })
         .collect();
     Ok(report)
+}
+
+/// Where the lattice takes points; NaN outside its box, which drags refuse.
+fn positions(lattice: &ControlLattice, sources: &[DVec3]) -> Vec<DVec3> {
+    sources.iter().map(|source| lattice.position(*source).unwrap_or(DVec3::NAN)).collect()
 }

@@ -88,6 +88,16 @@ impl ControlLattice {
         Some(basis)
     }
 
+    /// Where the lattice takes a point of the box; `None` outside.
+    pub fn position(&self, parameters: DVec3) -> Option<DVec3> {
+        let weighted = |(flat, value): (usize, f64)| {
+            let point = self.points[flat];
+            (point.truncate() * point.w).extend(point.w) * value
+        };
+        let sum: DVec4 = self.basis(parameters)?.into_iter().map(weighted).sum();
+        Some(sum.truncate() / sum.w)
+    }
+
     /// Whether a control point is in the held outer layers.
     pub fn is_held(&self, index: [usize; 3]) -> bool {
         let counts = self.counts();
