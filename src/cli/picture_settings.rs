@@ -1,34 +1,58 @@
 //! What a picture was made of, for its header and for checkpoints.
 
+use std::path::PathBuf;
+use std::time::Duration;
+
 use anyhow::Context;
 use glam::{DAffine3, DVec3};
 use serde_json::json;
 
 use crate::film::{Aov, ExrHeader, Picture};
+use crate::render::CheckpointFile;
 use crate::scene::{BuiltScene, Choice, SceneDescription};
 use crate::shade::{Camera, Light, Projection};
 
 use super::CliError;
 use super::material_json::material_json;
 
-pub(super) fn header(
-    scene: &SceneDescription,
-    built: &BuiltScene,
-    camera: &Camera,
-) -> Result<ExrHeader, CliError> {
-    let settings = settings_json(scene, built);
-    Ok(ExrHeader {
-        camera_from_world: camera.camera_from_world(),
-        screen_window_width: camera.screen_window_width(),
-        scene_hash: scene_hash(scene, built).context("the scene's hash")?,
-        seed: scene.render.seed,
-        spp: scene.render.spp,
-        settings: settings.to_string(),
-    })
+/// All that a picture depends on.
+#[derive(Debug)]
+pub(super) struct PictureSettings {
+    /// What decides the pixels besides geometry.
+    settings: serde_json::Value,
+    /// See [`scene_hash`].
+    scene_hash: String,
+}
+
+impl PictureSettings {
+    pub(super) fn of(scene: &SceneDescription, built: &BuiltScene) -> Result<Self, CliError> {
+        let settings = settings_json(scene, built);
+        let scene_hash = scene_hash(settings.clone(), built).context("the scene's hash")?;
+        Ok(Self { settings, scene_hash })
+    }
+
+    /// What an EXR file's header says of the picture.
+    pub(super) fn header(&self, scene: &SceneDescription, camera: &Camera) -> ExrHeader {
+        ExrHeader {
+            camera_from_world: camera.camera_from_world(),
+            screen_window_width: camera.screen_window_width(),
+            scene_hash: self.scene_hash.clone(),
+            seed: scene.render.seed,
+            spp: scene.render.spp,
+            settings: self.settings.to_string(),
+        }
+    }
+
+    /// Where the picture's state is saved; a state serves for any number of samples.
+    pub(super) fn checkpoint_file(&self, path: PathBuf, interval: Duration) -> CheckpointFile {
+        let mut settings = self.settings.clone();
+        settings["render"]["spp"] = serde_json::Value::Null;
+        CheckpointFile::new(path, self.scene_hash.clone(), settings, interval)
+    }
 }
 
 /// All that decides the pixels besides geometry, which the hash stands for.
-pub(super) fn settings_json(scene: &SceneDescription, built: &BuiltScene) -> serde_json::Value {
+fn settings_json(scene: &SceneDescription, built: &BuiltScene) -> serde_json::Value {
     let (camera, film, render) = (&built.camera, &scene.film, &scene.render);
     let materials = scene.objects.iter().zip(&built.materials).map(|(object, prepared)| {
         let mut material = material_json(&scene.material_of(object));
@@ -106,15 +130,16 @@ fn picture_hash(picture: &Picture) -> String {
 }
 
 /// Hash of what the scene shows: its patches, materials, lights, camera and picture size; not of seed or samples.
-pub(super) fn scene_hash(scene: &SceneDescription, built: &BuiltScene) -> std::io::Result<String> {
-    let mut settings = settings_json(scene, built);
+fn scene_hash(mut settings: serde_json::Value, built: &BuiltScene) -> std::io::Result<String> {
     settings["render"] = serde_json::Value::Null;
     settings["film"]["crop"] = serde_json::Value::Null;
     let mut hasher = blake3::Hasher::new();
     hasher.update(settings.to_string().as_bytes());
     hasher.update(&crate::export::exact_patches(built)?);
-    for object in &built.objects {
-        hasher.update(&object.attributes_hash);
+    for object in built.traced.objects() {
+        let mut numbers = Vec::new();
+        object.attributes.each_number(&mut |number| numbers.extend(number.to_le_bytes()));
+        hasher.update(blake3::hash(&numbers).as_bytes());
     }
     Ok(hasher.finalize().to_hex()[..32].to_owned())
 }

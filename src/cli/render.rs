@@ -3,16 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
 use clap::Args;
 
 use crate::film::{FilmSettings, write_exr, write_png};
 use crate::output::check_writable;
 use crate::render::{Checkpoint, CheckpointFile, RenderControl, RenderError, Rendered, TevPreview, render};
-use crate::scene::{BuiltScene, Choice, SceneDescription, parse_crop, parse_size, validate_film};
+use crate::scene::{Choice, SceneDescription, parse_crop, parse_size, validate_film};
 use crate::shade::{IntegratorKind, ShadingScene};
 
-use super::picture_settings::{header, scene_hash, settings_json};
+use super::picture_settings::PictureSettings;
 use super::progress::progress_bar;
 use super::show::{Show, draw};
 use super::statistics::{Acceleration, print_render};
@@ -93,7 +92,16 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
     let camera = camera.map_or_else(|| checked_camera(&built.camera, &scene.film), Ok)?;
     let shading =
         ShadingScene { geometry: &built.traced, object_materials: &built.materials, lights: &built.lights };
-    let checkpoint = args.checkpoint_file(&scene, &built)?;
+    if let Some(state) = &args.checkpoint {
+        check_writable(state)?;
+    }
+    let settings = match (&args.checkpoint, format) {
+        (None, Format::Png) => None,
+        _ => Some(PictureSettings::of(&scene, &built)?),
+    };
+    let interval = Duration::from_secs_f64(args.checkpoint_interval);
+    let checkpoint = args.checkpoint.clone().zip(settings.as_ref());
+    let checkpoint = checkpoint.map(|(state, settings)| settings.checkpoint_file(state, interval));
     let resume = args.resumed(checkpoint.as_ref())?;
     let preview = args.open_preview(&path, &scene.film);
     let bar = progress_bar(pixels(&scene.film) * u64::from(scene.render.spp), args.quiet);
@@ -125,12 +133,11 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
         let spp = scene.render.spp;
         eprintln!("trimray: the time is over: pixels have {least} to {most} samples instead of {spp}");
     }
-    match format {
-        Format::Exr => write_exr(&path, &image, &header(&scene, &built, &camera)?)?,
-        Format::Png => {
-            draw(&mut image, &args.show, &built, &camera);
-            write_png(&path, &image)?;
-        }
+    if let (Format::Exr, Some(settings)) = (format, &settings) {
+        write_exr(&path, &image, &settings.header(&scene, &camera))?;
+    } else {
+        draw(&mut image, &args.show, &built, &camera);
+        write_png(&path, &image)?;
     }
     if args.stats {
         print_render(&statistics, &Acceleration::of(&built));
@@ -159,20 +166,6 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 impl RenderArgs {
-    fn checkpoint_file(
-        &self,
-        scene: &SceneDescription,
-        built: &BuiltScene,
-    ) -> Result<Option<CheckpointFile>, CliError> {
-        let Some(path) = self.checkpoint.clone() else { return Ok(None) };
-        check_writable(&path)?;
-        let mut settings = settings_json(scene, built);
-        settings["render"]["spp"] = serde_json::Value::Null;
-        let scene_hash = scene_hash(scene, built).context("the scene's hash")?;
-        let interval = Duration::from_secs_f64(self.checkpoint_interval);
-        Ok(Some(CheckpointFile::new(path, scene_hash, settings, interval)))
-    }
-
     /// The state to go on from, if there is one.
     fn resumed(&self, file: Option<&CheckpointFile>) -> Result<Option<Checkpoint>, CliError> {
         let Some(file) = file else { return Ok(None) };

@@ -84,9 +84,8 @@ impl Maker<'_> {
 
     fn metal(self, metal: &MetalSource) -> io::Result<Self> {
         let MetalSource { eta, k, specular_reflectance } = metal;
-        let named = *metal
-            == MetalSource { specular_reflectance: specular_reflectance.clone(), ..MetalSource::default() };
-        let made = if named {
+        let mirror = MetalSource::default();
+        let made = if (eta, k) == (&mirror.eta, &mirror.k) {
             self.with(|element| element.string("material", "none"))
         } else {
             self.with(|element| element.rgb("eta", *eta).rgb("k", *k))

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 ///
 /// Made by [`prepare_polygons`](super::prepare_polygons). "Convex" and "planar" hold to the tolerance given there;
 /// corners on a straight edge are kept, since a neighbour may end there.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PolygonSet {
     /// Polygon `i` has the corners `starts[i]..starts[i + 1]`.
     starts: Vec<u32>,
@@ -34,11 +34,20 @@ pub struct Polygon<'a> {
     pub corners: &'a [u32],
 }
 
-impl PolygonSet {
-    pub(super) fn new() -> Self {
-        Self { starts: vec![0], ..Self::default() }
+impl Default for PolygonSet {
+    fn default() -> Self {
+        Self {
+            starts: vec![0],
+            faces: Vec::new(),
+            normals: Vec::new(),
+            positions: Vec::new(),
+            uvs: Vec::new(),
+            corners: Vec::new(),
+        }
     }
+}
 
+impl PolygonSet {
     /// Appends a polygon; `uvs` is empty for all polygons of a set or for none.
     pub(super) fn push(&mut self, polygon: Polygon<'_>) {
         debug_assert!(polygon.positions.len() >= 3, "a polygon has at least three corners");
@@ -52,21 +61,16 @@ impl PolygonSet {
         self.starts.push(end);
     }
 
-    /// The set of triangles: each the face it comes from, its corners, and their texture coordinates if there are any.
-    /// Triangles without area are left out.
-    pub fn from_triangles(
-        triangles: impl IntoIterator<Item = (u32, [DVec3; 3], Option<[DVec2; 3]>)>,
-    ) -> Self {
-        let mut set = Self::new();
-        for (face, positions, uvs) in triangles {
-            let [a, b, c] = positions;
-            let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
-            let first = u32::try_from(set.positions.len()).expect("fewer than 2^32 corners fit in memory");
-            let corners = [first, first + 1, first + 2];
-            let uvs = uvs.as_ref().map_or(&[][..], |uvs| &uvs[..]);
-            set.push(Polygon { face, normal, positions: &positions, uvs, corners: &corners });
-        }
-        set
+    /// Appends a triangle of a face, with texture coordinates for all triangles of a set or for none; false if it has no area
+    /// and is left out.
+    pub fn push_triangle(&mut self, face: u32, positions: [DVec3; 3], uvs: Option<[DVec2; 3]>) -> bool {
+        let [a, b, c] = positions;
+        let Some(normal) = (b - a).cross(c - a).try_normalize() else { return false };
+        let first = u32::try_from(self.positions.len()).expect("fewer than 2^32 corners fit in memory");
+        let corners = [first, first + 1, first + 2];
+        let uvs = uvs.as_ref().map_or(&[][..], |uvs| &uvs[..]);
+        self.push(Polygon { face, normal, positions: &positions, uvs, corners: &corners });
+        true
     }
 
     /// Number of polygons.

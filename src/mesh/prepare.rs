@@ -116,7 +116,7 @@ impl<'a> Preparation<'a> {
             unit,
             planarity: tolerances.planarity * diagonal,
             area: tolerances.area * diagonal,
-            polygons: PolygonSet::new(),
+            polygons: PolygonSet::default(),
             notes: MeshNotes::default(),
         }
     }

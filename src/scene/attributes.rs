@@ -35,15 +35,6 @@ impl CarriedNormals {
     }
 }
 
-impl PolygonAttributes {
-    /// All numbers that decide what is looked up, besides the polygons' places.
-    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
-        let uvs = self.polygons.iter().flat_map(|polygon| polygon.uvs).flat_map(|uv| uv.to_array());
-        let normals = self.normals.iter().flat_map(|normals| &normals.corners);
-        uvs.chain(normals.flat_map(|normal| normal.to_array()))
-    }
-}
-
 impl VertexAttributes for PolygonAttributes {
     fn uv(&self, polygon: u32, rest: DVec3) -> DVec2 {
         let polygon = self.polygons.polygon(polygon as usize);
@@ -74,6 +65,12 @@ impl VertexAttributes for PolygonAttributes {
             _ => normal,
         };
         carried.try_normalize()
+    }
+
+    fn each_number(&self, visit: &mut dyn FnMut(f64)) {
+        let uvs = self.polygons.iter().flat_map(|polygon| polygon.uvs).flat_map(|uv| uv.to_array());
+        let normals = self.normals.iter().flat_map(|normals| &normals.corners);
+        uvs.chain(normals.flat_map(|normal| normal.to_array())).for_each(visit);
     }
 }
 

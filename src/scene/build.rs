@@ -58,8 +58,6 @@ pub struct BuiltObject {
     pub drags: Vec<DragReport>,
     /// Sub-polygons it was cut into.
     pub subpolygons: usize,
-    /// Hash of its texture coordinates and carried normals.
-    pub attributes_hash: [u8; 32],
 }
 
 /// Time spent on building a scene, summed over objects.
@@ -223,35 +221,20 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
     let normals =
         object.vertex_normals.then(|| CarriedNormals::new(&mesh, object.transform.matrix3, volume.clone()));
     let attributes = PolygonAttributes { polygons, normals };
-    let (made, attributes, attributes_hash): (_, Box<dyn VertexAttributes>, _) = match object.method {
+    let (made, attributes): (_, Box<dyn VertexAttributes>) = match object.method {
         Method::Exact => {
             let made = deform(&attributes.polygons, volume.as_ref(), ffd.map(|ffd| &ffd.value));
-            let hash = hash_of(attributes.numbers());
-            (made.map_err(of_object)?, Box::new(attributes), hash)
+            (made.map_err(of_object)?, Box::new(attributes))
         }
         Method::Pointwise { level } => {
             let Pointwise { made, attributes } =
                 deform_pointwise(&attributes, volume.as_ref(), level).map_err(of_object)?;
-            let hash = hash_of(attributes.numbers());
-            (made, Box::new(attributes), hash)
+            (made, Box::new(attributes))
         }
     };
     let DeformedPolygons { patches, subpolygons, times } = made;
     let traced = TracedObject { name: object.name.value.clone(), patches, attributes };
-    Ok(MadeObject {
-        traced,
-        built: BuiltObject { notes, volume, lattice, drags, subpolygons, attributes_hash },
-        load,
-        times,
-    })
-}
-
-fn hash_of(numbers: impl Iterator<Item = f64>) -> [u8; 32] {
-    let mut hasher = blake3::Hasher::new();
-    for number in numbers {
-        hasher.update(&number.to_le_bytes());
-    }
-    *hasher.finalize().as_bytes()
+    Ok(MadeObject { traced, built: BuiltObject { notes, volume, lattice, drags, subpolygons }, load, times })
 }
 
 /// A surface, all of it patches.
@@ -265,7 +248,6 @@ fn built_surface(object: &ObjectDescription, surface: &SplineSurface) -> MadeObj
         lattice: None,
         drags: Vec::new(),
         subpolygons: 0,
-        attributes_hash: [0; 32],
     };
     let traced = TracedObject { name: object.name.value.clone(), patches, attributes: Box::new(attributes) };
     MadeObject { traced, built, load: Duration::ZERO, times }

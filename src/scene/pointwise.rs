@@ -56,18 +56,16 @@ pub(super) fn deform_pointwise(
     }
     let moved =
         |rest: DVec3| volume.and_then(|volume| volume.eval(rest)).map_or(rest, |point| point.position);
-    let (mut triangles, mut rest, mut normals) = (Vec::new(), Vec::new(), Vec::new());
+    let mut triangles = PolygonSet::default();
+    let (mut rest, mut normals) = (Vec::new(), Vec::new());
     for (index, polygon) in (0..).zip(source.polygons.iter()) {
         for fan in fan_triangles(&polygon) {
             for corners in split(fan, level) {
                 let positions = corners.map(|corner| moved(corner.rest));
-                let [a, b, c] = positions;
-                // as the set of triangles does
-                if (b - a).cross(c - a).try_normalize().is_none() {
+                let uvs = (!polygon.uvs.is_empty()).then(|| corners.map(|corner| corner.uv));
+                if !triangles.push_triangle(polygon.face, positions, uvs) {
                     continue;
                 }
-                let uvs = (!polygon.uvs.is_empty()).then(|| corners.map(|corner| corner.uv));
-                triangles.push((polygon.face, positions, uvs));
                 rest.push(corners.map(|corner| corner.rest));
                 normals.push(corners.map(|corner| {
                     let cell = volume.and_then(|volume| volume.cell(corner.rest));
@@ -76,7 +74,6 @@ pub(super) fn deform_pointwise(
             }
         }
     }
-    let triangles = PolygonSet::from_triangles(triangles);
     let planar: Vec<_> = triangles
         .iter()
         .map(|triangle| PlanarPolygon { face: triangle.face, corners: triangle.positions })
@@ -111,13 +108,6 @@ fn split([a, b, c]: [Corner; 3], level: u32) -> impl Iterator<Item = [Corner; 3]
 }
 
 impl PointwiseAttributes {
-    /// All numbers that decide what is looked up, besides the triangles' places.
-    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
-        let uvs = self.triangles.iter().flat_map(|triangle| triangle.uvs).flat_map(|uv| uv.to_array());
-        let normals = self.normals.iter().flatten().flatten().flat_map(|normal| normal.to_array());
-        uvs.chain(normals)
-    }
-
     fn weights(&self, polygon: u32, place: DVec3) -> DVec3 {
         barycentric(&self.triangles.polygon(polygon as usize), 1, place)
     }
@@ -147,6 +137,12 @@ impl VertexAttributes for PointwiseAttributes {
         let [a, b, c] = self.rest[polygon as usize];
         let weights = self.weights(polygon, place);
         a * weights.x + b * weights.y + c * weights.z
+    }
+
+    fn each_number(&self, visit: &mut dyn FnMut(f64)) {
+        let uvs = self.triangles.iter().flat_map(|triangle| triangle.uvs).flat_map(|uv| uv.to_array());
+        let normals = self.normals.iter().flatten().flatten().flat_map(|normal| normal.to_array());
+        uvs.chain(normals).for_each(visit);
     }
 }
 

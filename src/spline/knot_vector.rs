@@ -164,12 +164,8 @@ impl KnotVector {
     /// Every denominator contains the interval, so none is 0.
     pub(crate) fn polar_form(&self, interval: usize, arguments: &[f64]) -> LocalBasis {
         debug_assert_eq!(arguments.len(), self.degree, "one argument for each degree");
-        let span = interval + self.degree;
         let mut basis = [0.0; MAX_VOLUME_ORDER];
-        basis[0] = 1.0;
-        for (j, &argument) in arguments.iter().enumerate() {
-            raise(&self.knots, span, j + 1, argument, &mut basis);
-        }
+        polar_form(&self.knots, interval + self.degree, arguments, &mut basis);
         basis
     }
 
@@ -192,8 +188,17 @@ impl KnotVector {
     }
 }
 
+/// As [`KnotVector::polar_form`], for any knots that do not fall and an interval of them that has a length: that from
+/// `knots[span]` on. `basis` has a place for each of the coefficients, one more than arguments.
+pub(crate) fn polar_form(knots: &[f64], span: usize, arguments: &[f64], basis: &mut [f64]) {
+    basis[0] = 1.0;
+    for (level, &argument) in (1..).zip(arguments) {
+        raise(knots, span, level, argument, basis);
+    }
+}
+
 /// One step of the Cox-de Boor recursion: degree `level - 1` to degree `level`.
-fn raise(knots: &[f64], span: usize, level: usize, argument: f64, basis: &mut LocalBasis) {
+fn raise(knots: &[f64], span: usize, level: usize, argument: f64, basis: &mut [f64]) {
     let mut carried = 0.0;
     for r in 0..level {
         let right = knots[span + r + 1];

@@ -1,5 +1,7 @@
 //! Knot vectors of any kind.
 
+use crate::spline::polar_form;
+
 /// One axis of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct KnotAxis {
@@ -61,22 +63,9 @@ impl KnotAxis {
 
     /// The polar form of a span's polynomial at as many arguments as the degree: the factor of each of its control points.
     pub(super) fn blossom(&self, span: usize, arguments: &[f64]) -> Vec<f64> {
-        let k = self.degree;
-        // de Boor's algorithm on unit vectors
-        let mut table: Vec<Vec<f64>> =
-            (0..=k).map(|i| (0..=k).map(|j| f64::from(u8::from(i == j))).collect()).collect();
-        for (level, &argument) in (1..=k).zip(arguments) {
-            for i in 0..=k - level {
-                let low = self.knots[span + i + level];
-                let high = self.knots[span + i + k + 1];
-                let t = (argument - low) / (high - low);
-                let next = table[i + 1].clone();
-                for (value, next) in table[i].iter_mut().zip(next) {
-                    *value = (1.0 - t) * *value + t * next;
-                }
-            }
-        }
-        table.swap_remove(0)
+        let mut basis = vec![0.0; self.degree + 1];
+        polar_form(&self.knots, span + self.degree, arguments, &mut basis);
+        basis
     }
 
     /// For each Bernstein polynomial of an interval of a span the factors of the span's control points.

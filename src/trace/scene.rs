@@ -37,6 +37,9 @@ pub trait VertexAttributes: Send + Sync + std::fmt::Debug {
     fn rest(&self, _polygon: u32, place: DVec3) -> DVec3 {
         place
     }
+
+    /// Calls `visit` with all numbers that decide what is looked up, besides the patches.
+    fn each_number(&self, _visit: &mut dyn FnMut(f64)) {}
 }
 
 /// The attributes of an object whose mesh has none.

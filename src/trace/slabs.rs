@@ -125,19 +125,37 @@ impl<S: Simd> Slabs<S> {
     /// Where the ray enters each of a node's boxes, and a bit for each that it enters before `far`.
     #[inline(always)]
     pub(super) fn entries(&self, node: &Node, far: f32) -> ([f32; WIDTH], u64) {
-        let simd = self.t_min.token();
-        let mut enter = self.t_min;
-        let mut leave = f32x8::splat(simd, far);
-        for axis in 0..3 {
-            let planes = &node.planes[axis];
-            let near: f32x8<S> = planes[self.near[axis]].simd_into(simd);
-            let far: f32x8<S> = planes[1 - self.near[axis]].simd_into(simd);
-            let ([to_near, to_far], inverse) = (self.origin[axis], self.inverse[axis]);
-            enter = enter.max((near - to_near) * inverse);
-            leave = leave.min((far - to_far) * inverse * SLAB_SLACK);
-        }
-        (enter.into(), enter.simd_le(leave).to_bitmask())
+        entries(
+            node,
+            (self.near, self.t_min, far),
+            #[inline(always)]
+            |axis, near, far| {
+                let ([to_near, to_far], inverse) = (self.origin[axis], self.inverse[axis]);
+                [(near - to_near) * inverse, (far - to_far) * inverse]
+            },
+        )
     }
+}
+
+/// Where rays enter each of a node's boxes, and a bit for each that they enter before `far`. `cross` says where they cross
+/// the near planes of an axis and the far ones; `near` has the index of each axis's near planes.
+#[inline(always)]
+fn entries<S: Simd>(
+    node: &Node,
+    (near, t_min, far): ([usize; 3], f32x8<S>, f32),
+    cross: impl Fn(usize, f32x8<S>, f32x8<S>) -> [f32x8<S>; 2],
+) -> ([f32; WIDTH], u64) {
+    let simd = t_min.token();
+    let mut enter = t_min;
+    let mut leave = f32x8::splat(simd, far);
+    for axis in 0..3 {
+        let planes = &node.planes[axis];
+        let [entry, exit] =
+            cross(axis, planes[near[axis]].simd_into(simd), planes[1 - near[axis]].simd_into(simd));
+        enter = enter.max(entry);
+        leave = leave.min(exit * SLAB_SLACK);
+    }
+    (enter.into(), enter.simd_le(leave).to_bitmask())
 }
 
 /// Rays of a packet ready for slab tests: all between the least and the greatest of their numbers.
@@ -227,20 +245,17 @@ impl<S: Simd> PacketSlabs<S> {
     /// Bounds of where the rays enter each of a node's boxes, and a bit for each box that one can enter before `far`.
     #[inline(always)]
     pub(super) fn entries(&self, node: &Node, far: f32) -> ([f32; WIDTH], u64) {
-        let simd = self.t_min.token();
-        let mut enter = self.t_min;
-        let mut leave = f32x8::splat(simd, far);
-        for axis in 0..3 {
-            let planes = &node.planes[axis];
-            let near: f32x8<S> = planes[self.near[axis]].simd_into(simd);
-            let far: f32x8<S> = planes[1 - self.near[axis]].simd_into(simd);
-            let [to_near, to_far] = self.origin[axis];
-            let [least, greatest] = self.inverse[axis];
-            let (near, far) = (near - to_near, far - to_far);
-            enter = enter.max((near * least).min(near * greatest));
-            leave = leave.min((far * least).max(far * greatest) * SLAB_SLACK);
-        }
-        (enter.into(), enter.simd_le(leave).to_bitmask())
+        entries(
+            node,
+            (self.near, self.t_min, far),
+            #[inline(always)]
+            |axis, near, far| {
+                let [to_near, to_far] = self.origin[axis];
+                let [least, greatest] = self.inverse[axis];
+                let (near, far) = (near - to_near, far - to_far);
+                [(near * least).min(near * greatest), (far * least).max(far * greatest)]
+            },
+        )
     }
 }
 

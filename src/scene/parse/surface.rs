@@ -14,7 +14,7 @@ const LENGTH: &str = "a number above 0";
 /// Reads and checks a surface.
 pub(super) fn read(mut table: Table<'_>) -> Option<SplineSurface> {
     let kind = table.required_name("type", "surface type", &KINDS)?;
-    let keys: &[&str] = match kind {
+    let keys: &[&'static str] = match kind {
         "bezier" => &["degree", "points", "weights"],
         "bspline" | "nurbs" => &["degree", "points", "size", "knots_u", "knots_v", "weights"],
         "plane" => &["origin", "u", "v"],
@@ -22,13 +22,7 @@ pub(super) fn read(mut table: Table<'_>) -> Option<SplineSurface> {
         "cylinder" | "cone" => &["origin", "axis", "radius"],
         _ => &["center", "axis", "major_radius", "minor_radius"],
     };
-    let keys: Vec<&str> = ["type", "domain"].iter().chain(keys).copied().collect();
-    table.check_keys(
-        &keys
-            .iter()
-            .filter_map(|key| ALL_KEYS.iter().find(|known| *known == key).copied())
-            .collect::<Vec<_>>(),
-    );
+    table.check_keys(&[&["type", "domain"], keys].concat());
     let made = match kind {
         "bezier" => read_bezier(&table)?,
         "bspline" | "nurbs" => read_spline(&table)?,
@@ -42,27 +36,6 @@ pub(super) fn read(mut table: Table<'_>) -> Option<SplineSurface> {
     };
     made.map_err(|error| table.report(error.to_string())).ok()
 }
-
-/// Every key that some kind has.
-const ALL_KEYS: [&str; 17] = [
-    "type",
-    "domain",
-    "degree",
-    "points",
-    "weights",
-    "size",
-    "knots_u",
-    "knots_v",
-    "origin",
-    "u",
-    "v",
-    "center",
-    "radius",
-    "axis",
-    "major_radius",
-    "minor_radius",
-    "knots",
-];
 
 fn read_bezier(table: &Table<'_>) -> Option<Result<SplineSurface, SurfaceError>> {
     let degree = read_degree(table);

@@ -263,23 +263,28 @@ mod tests {
         }
     }
 
+    /// The integral over the directions with z > 0, by the middles of n² parts of the same solid angle.
+    fn over_hemisphere(n: u32, value: impl Fn(DVec3) -> f64) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..n {
+            for j in 0..n {
+                let (z, phi) = (f64::from(i) + 0.5, f64::from(j) + 0.5);
+                let (z, phi) = (z / f64::from(n), 2.0 * PI * phi / f64::from(n));
+                let (sin, cos) = libm::sincos(phi);
+                let radius = (1.0 - z * z).sqrt();
+                sum += value(DVec3::new(radius * cos, radius * sin, z));
+            }
+        }
+        sum * 2.0 * PI / f64::from(n * n)
+    }
+
     #[test]
     fn facets_cover_the_surface() {
         // ∫ D(m) cos(m) dm = 1
         for distribution in [Beckmann, Ggx] {
             for alpha in [DVec2::splat(0.5), DVec2::new(0.3, 0.8), DVec2::splat(1.5)] {
                 let facets = Microfacets::new(distribution, alpha);
-                let (mut sum, n) = (0.0, 600_u32);
-                for i in 0..n {
-                    for j in 0..n {
-                        let (z, phi) = (f64::from(i) + 0.5, f64::from(j) + 0.5);
-                        let (z, phi) = (z / f64::from(n), 2.0 * PI * phi / f64::from(n));
-                        let (sin, cos) = libm::sincos(phi);
-                        let radius = (1.0 - z * z).sqrt();
-                        sum += z * facets.density(DVec3::new(radius * cos, radius * sin, z));
-                    }
-                }
-                let covered = sum * 2.0 * PI / f64::from(n * n);
+                let covered = over_hemisphere(600, |m| m.z * facets.density(m));
                 assert!((covered - 1.0).abs() < 1e-3, "{distribution:?} {alpha}: {covered}");
             }
         }
@@ -292,18 +297,7 @@ mod tests {
             let facets = Microfacets::new(distribution, DVec2::new(0.4, 0.7));
             for viewer in [DVec3::Z, DVec3::new(0.6, 0.3, 0.5), DVec3::new(-0.3, 0.9, 0.1)] {
                 let viewer = viewer.normalize();
-                let (mut sum, n) = (0.0, 1000_u32);
-                for i in 0..n {
-                    for j in 0..n {
-                        let (z, phi) = (f64::from(i) + 0.5, f64::from(j) + 0.5);
-                        let (z, phi) = (z / f64::from(n), 2.0 * PI * phi / f64::from(n));
-                        let (sin, cos) = libm::sincos(phi);
-                        let radius = (1.0 - z * z).sqrt();
-                        let m = DVec3::new(radius * cos, radius * sin, z);
-                        sum += facets.visible_density(viewer, m);
-                    }
-                }
-                let total = sum * 2.0 * PI / f64::from(n * n);
+                let total = over_hemisphere(1000, |m| facets.visible_density(viewer, m));
                 assert!((total - 1.0).abs() < bound, "{distribution:?} {viewer}: {total}");
             }
         }
