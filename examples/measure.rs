@@ -66,7 +66,7 @@ fn measure(path: &Path) -> Result<bool, String> {
 
 /// The box of the deformed objects: a ground far larger than they would take most rays.
 fn deformed_bounds(built: &BuiltScene) -> [DVec3; 2] {
-    let deformed = (0..built.objects.len()).filter(|&object| built.objects[object].volume.is_some());
+    let deformed = (0..built.objects.len()).filter(|&object| !built.objects[object].lattices.is_empty());
     deformed
         .map(|object| built.traced.object_bounds(object))
         .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
@@ -105,8 +105,9 @@ fn accuracy(built: &BuiltScene, low: DVec3, high: DVec3) -> (f64, f64, u64, Trac
                 hits += 1;
                 let direction = ray.direction.normalize();
                 to_ray = to_ray.max((hit.position - ray.origin).cross(direction).length());
-                let volume = built.objects[hit.object as usize].volume.as_ref();
-                to_volume = to_volume.max((deformed(volume, hit.rest) - hit.position).length());
+                let lattices = built.objects[hit.object as usize].lattices.iter();
+                let place = lattices.fold(hit.rest, |place, lattice| deformed(&lattice.volume, place));
+                to_volume = to_volume.max((place - hit.position).length());
             }
         }
         (to_ray, to_volume, hits, TracedScene::take_statistics())
@@ -122,8 +123,7 @@ fn accuracy(built: &BuiltScene, low: DVec3, high: DVec3) -> (f64, f64, u64, Trac
 }
 
 /// The volume at a point; the point itself outside, where a point within rounding of the box is taken to be inside.
-fn deformed(volume: Option<&SplineVolume>, rest: DVec3) -> DVec3 {
-    let Some(volume) = volume else { return rest };
+fn deformed(volume: &SplineVolume, rest: DVec3) -> DVec3 {
     let [low, high] = volume.bounds();
     let slack = 1e-13 * (high - low).length();
     if rest.cmpge(low - slack).all() && rest.cmple(high + slack).all() {

@@ -46,6 +46,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod analytic;
 pub mod arrays;
 pub mod cli;
 pub mod export;

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::export::to_json;
 use crate::manipulate::CONSISTENT;
-use crate::scene::{BuiltObject, BuiltScene, DragReport, DragUsing, SceneDescription};
+use crate::scene::{BuiltLattice, BuiltObject, BuiltScene, DragReport, DragUsing, SceneDescription};
 
 use super::{CliError, SceneArgs, print_result};
 
@@ -36,6 +36,8 @@ struct ObjectDrags {
 /// One edit of an object's lattice.
 #[derive(Debug, Serialize)]
 struct EditDrags {
+    /// Number of the deformation.
+    deform: usize,
     edit: usize,
     using: &'static str,
     equations: usize,
@@ -86,29 +88,36 @@ pub(super) fn run(args: &DragsArgs) -> Result<(), CliError> {
 
 /// A line for each edit whose drags are not met, for a compromise was asked for.
 pub(super) fn compromises(object: &BuiltObject) -> Vec<String> {
-    let tolerance = object.lattice.as_ref().map_or(0.0, |lattice| {
-        let [low, high] = lattice.bounds();
-        10.0 * CONSISTENT * (high - low).length()
-    });
-    let line = |report: &DragReport| {
-        let worst = report.drags.iter().map(|drag| drag.residual).fold(0.0, f64::max);
-        (worst > tolerance)
-            .then(|| format!("edit {}: the drags are a compromise, off by up to {worst:.3e}", report.edit))
+    let of_lattice = |built: &BuiltLattice| {
+        let [low, high] = built.lattice.bounds();
+        let tolerance = 10.0 * CONSISTENT * (high - low).length();
+        let line = |report: &DragReport| {
+            let worst = report.drags.iter().map(|drag| drag.residual).fold(0.0, f64::max);
+            (worst > tolerance).then(|| {
+                format!("edit {}: the drags are a compromise, off by up to {worst:.3e}", report.edit)
+            })
+        };
+        built.drags.iter().filter_map(line).collect::<Vec<_>>()
     };
-    object.drags.iter().filter_map(line).collect()
+    object.lattices.iter().flat_map(of_lattice).collect()
 }
 
 fn gather(scene: &SceneDescription, built: &BuiltScene) -> Drags {
     let objects = scene.objects.iter().zip(&built.objects);
     let of_object = |(object, made): (&crate::scene::ObjectDescription, &BuiltObject)| ObjectDrags {
         name: object.name.value.clone(),
-        edits: made.drags.iter().map(of_edit).collect(),
+        edits: made
+            .lattices
+            .iter()
+            .flat_map(|built| built.drags.iter().map(|report| of_edit(built.deform, report)))
+            .collect(),
     };
     Drags { objects: objects.map(of_object).collect() }
 }
 
-fn of_edit(report: &DragReport) -> EditDrags {
+fn of_edit(deform: usize, report: &DragReport) -> EditDrags {
     EditDrags {
+        deform,
         edit: report.edit,
         using: match report.using {
             DragUsing::Points => "points",

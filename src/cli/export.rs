@@ -140,7 +140,8 @@ impl ExportArgs {
 
 /// The lattice of the scene's one deformed object.
 fn write_lattice(path: &Path, built: &BuiltScene) -> Result<(), CliError> {
-    let lattices: Vec<_> = built.objects.iter().filter_map(|object| object.lattice.as_ref()).collect();
+    let lattices: Vec<_> =
+        built.objects.iter().flat_map(|object| &object.lattices).map(|built| &built.lattice).collect();
     let [lattice] = lattices.as_slice() else {
         let message =
             format!("{}: .npy holds one lattice, and the scene has {}", path.display(), lattices.len());

@@ -1,6 +1,6 @@
 //! `trimray info`.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use anyhow::Context;
@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use crate::export::to_json;
 use crate::patch::TrimmedPatch;
-use crate::scene::{BuiltScene, ObjectDescription, SceneDescription};
-use crate::spline::{Orientation, SplineVolume, orientation};
+use crate::scene::{BuiltLattice, BuiltScene, ObjectDescription, SceneDescription};
+use crate::spline::{Orientation, orientation};
 
 use super::statistics::{Acceleration, Sample, readable};
 use super::{CliError, SceneArgs, print_result};
@@ -44,7 +44,10 @@ struct ObjectInfo {
     patches: usize,
     degrees: BTreeMap<String, usize>,
     control_points: usize,
+    cells: usize,
+    certified_error: f64,
     lattice: Option<Lattice>,
+    lattices: Vec<Lattice>,
     injective: bool,
     fold_overs: usize,
     bounds: [[f64; 3]; 2],
@@ -52,7 +55,7 @@ struct ObjectInfo {
     notes: Vec<String>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 struct Lattice {
     degree: [usize; 3],
     points: [usize; 3],
@@ -106,8 +109,11 @@ fn object_info(built: &BuiltScene, object: usize, description: &ObjectDescriptio
         let [m, n] = patch.patch.degree();
         *degrees.entry(format!("{m}x{n}")).or_default() += 1;
     }
-    let (injective, fold_overs) =
-        made.volume.as_ref().map_or((true, 0), |volume| folds(volume, &traced.patches));
+    let folds: Vec<_> = made.lattices.iter().map(folds).collect();
+    let lattice =
+        |built: &BuiltLattice| Lattice { degree: built.volume.degree(), points: built.volume.points() };
+    let lattices: Vec<_> = made.lattices.iter().map(lattice).collect();
+    let cells = traced.patches.iter().filter_map(|patch| patch.exact.as_ref());
     ObjectInfo {
         name: traced.name.clone(),
         method: description.method.to_string(),
@@ -117,23 +123,29 @@ fn object_info(built: &BuiltScene, object: usize, description: &ObjectDescriptio
         patches: traced.patches.len(),
         degrees,
         control_points: traced.patches.iter().map(|patch| patch.patch.control_points().len()).sum(),
-        lattice: made
-            .volume
-            .as_ref()
-            .map(|volume| Lattice { degree: volume.degree(), points: volume.points() }),
-        injective,
-        fold_overs,
+        cells: cells.clone().count(),
+        certified_error: cells.map(|exact| exact.error()).fold(0.0, f64::max),
+        lattice: lattices.first().copied(),
+        lattices,
+        injective: folds.iter().all(|(injective, _)| *injective),
+        fold_overs: folds.iter().map(|(_, fold_overs)| fold_overs).sum(),
         bounds: built.traced.object_bounds(object).map(|corner| corner.to_array()),
         bytes: traced.patches.iter().map(TrimmedPatch::bytes).sum(),
-        notes: made.notes.to_string().lines().skip(1).map(str::to_owned).collect(),
+        notes: made
+            .notes
+            .to_string()
+            .lines()
+            .skip(1)
+            .map(str::to_owned)
+            .chain(made.warnings.clone())
+            .collect(),
     }
 }
 
 /// Whether the volume is proved to be locally one to one in all knot boxes that hold a piece of the object, and in how
 /// many of them it folds over.
-fn folds(volume: &SplineVolume, patches: &[TrimmedPatch]) -> (bool, usize) {
-    let cells: BTreeSet<_> = patches.iter().filter_map(TrimmedPatch::cell).collect();
-    let found: Vec<_> = cells.into_iter().map(|cell| orientation(volume, cell)).collect();
+fn folds(built: &BuiltLattice) -> (bool, usize) {
+    let found: Vec<_> = built.knot_boxes.iter().map(|&cell| orientation(&built.volume, cell)).collect();
     let injective = found.iter().all(|&orientation| orientation == Orientation::Positive);
     let fold_overs = found.iter().filter(|&&orientation| orientation == Orientation::FoldsOver).count();
     (injective, fold_overs)
@@ -154,8 +166,17 @@ fn table(info: &Info) -> String {
             object.degrees.iter().map(|(degree, count)| format!("{count} of {degree}")).collect();
         line("  patches", format!("{} ({})", object.patches, degrees.join(", ")));
         line("  control points", object.control_points.to_string());
-        if let Some(Lattice { degree: [ku, kv, kw], points: [nu, nv, nw] }) = object.lattice {
+        if object.cells > 0 {
+            let error = object.certified_error;
+            line(
+                "  cells",
+                format!("{}, their patches within {error:.1e} of the surface, proved", object.cells),
+            );
+        }
+        for Lattice { degree: [ku, kv, kw], points: [nu, nv, nw] } in &object.lattices {
             line("  lattice", format!("degree {ku} x {kv} x {kw}, {nu} x {nv} x {nw} control points"));
+        }
+        if object.lattice.is_some() {
             let folds = match (object.injective, object.fold_overs) {
                 (true, _) => "yes, proved".to_owned(),
                 (false, 0) => "not proved: the Jacobian determinant comes close to 0".to_owned(),

@@ -155,7 +155,7 @@ impl SceneArgs {
                         eprintln!("trimray: {}: {line}", mesh.display());
                     }
                 }
-                for line in drags::compromises(made) {
+                for line in made.warnings.iter().cloned().chain(drags::compromises(made)) {
                     eprintln!("trimray: {}: {line}", object.name.value);
                 }
             }

@@ -29,11 +29,13 @@ pub(super) fn draw(image: &mut Image, show: &[Show], built: &BuiltScene, camera:
     let unit = f64::from(image.display_size()[1]) / 480.0;
     let mut overlay = Overlay::new(image);
     for object in &built.objects {
-        if let Some(lattice) = object.lattice.as_ref().filter(|_| show.contains(&Show::Lattice)) {
-            draw_lattice(&mut overlay, lattice, camera, unit.max(0.7));
+        for built in object.lattices.iter().filter(|_| show.contains(&Show::Lattice)) {
+            draw_lattice(&mut overlay, &built.lattice, camera, unit.max(0.7));
         }
         if show.contains(&Show::Drags) {
-            for drag in object.drags.iter().flat_map(|report| &report.drags) {
+            for drag in
+                object.lattices.iter().flat_map(|lattice| &lattice.drags).flat_map(|report| &report.drags)
+            {
                 let ends = [drag.before, drag.target].map(|end| camera.project(end));
                 let [Some(from), Some(to)] = ends else { continue };
                 overlay.line([from, to], 1.5 * unit.max(0.7), TARGET);

@@ -69,7 +69,7 @@ pub fn exact_patches(scene: &BuiltScene) -> io::Result<Vec<u8>> {
         .zip(&scene.objects)
         .map(|(traced, built)| Object {
             name: &traced.name,
-            volumes: built.volume.iter().map(volume).collect(),
+            volumes: built.lattices.iter().map(|lattice| volume(&lattice.volume)).collect(),
             patches: traced.patches.iter().map(patch).collect(),
         })
         .collect();

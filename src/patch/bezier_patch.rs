@@ -194,6 +194,16 @@ impl BezierPatch {
         }
     }
 
+    /// The point and its weight.
+    pub(crate) fn homogeneous(&self, st: DVec2) -> (DVec3, f64) {
+        if self.rational {
+            let value = DVec4::from_array(self.sums::<RATIONAL>(st)[0]);
+            (value.truncate() / value.w, value.w)
+        } else {
+            (self.sums::<POLYNOMIAL>(st)[0].into(), 1.0)
+        }
+    }
+
     /// The homogeneous point and its partials.
     #[inline]
     fn sums<const STRIDE: usize>(&self, st: DVec2) -> [[f64; STRIDE]; 3] {

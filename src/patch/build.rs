@@ -1,5 +1,6 @@
 //! Stages 1 to 3 on one page: polygons and a volume become trimmed patches.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::{DVec2, DVec3};
@@ -11,8 +12,9 @@ use crate::subdivide::{
     Frame, FrameChoice, FramedPlane, Group, Pieces, cut_at_knot_planes, frame_group, group_coplanar,
 };
 
-use super::bezier_patch::BezierPatch;
+use super::bezier_patch::{BezierPatch, PatchPoint};
 use super::compose::{Composer, flat_patch};
+use super::exact::{ExactSurface, Overlap};
 use super::trim::{TrimBuilder, TrimRegion};
 
 /// Halvings of a rational patch in search of positive weights; each halves one side.
@@ -40,7 +42,7 @@ pub struct Deformation<'a> {
 }
 
 /// A Bézier patch with the part of it that is surface.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct TrimmedPatch {
     /// See [`Self::cell`].
     cell: Option<[u32; 3]>,
@@ -53,6 +55,8 @@ pub struct TrimmedPatch {
     /// Bound on the distance between the trim's corners on the patch and the true deformed corners: vertices are
     /// moved onto knot planes and into shared planes by rounding-sized steps.
     pub boundary_error: f64,
+    /// The surface itself, if it is no Bézier patch.
+    pub exact: Option<Arc<dyn ExactSurface>>,
 }
 
 impl TrimmedPatch {
@@ -60,7 +64,48 @@ impl TrimmedPatch {
     pub fn untrimmed(frame: Frame, patch: BezierPatch) -> Self {
         let mut trim = TrimBuilder::default();
         trim.push(0, 0, [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y]);
-        Self { cell: None, frame, patch, trim: trim.finish(), boundary_error: 0.0 }
+        Self { cell: None, frame, patch, trim: trim.finish(), boundary_error: 0.0, exact: None }
+    }
+
+    /// A part of this one's place in the knot box and the object, with a surface of its own.
+    pub(crate) fn replaced(
+        &self,
+        frame: Frame,
+        patch: BezierPatch,
+        trim: TrimRegion,
+        (boundary_error, exact): (f64, Option<Arc<dyn ExactSurface>>),
+    ) -> Self {
+        Self { cell: self.cell, frame, patch, trim, boundary_error, exact }
+    }
+
+    /// Point and partial derivatives of the surface.
+    pub fn eval(&self, st: DVec2) -> PatchPoint {
+        self.exact.as_ref().map_or_else(|| self.patch.eval(st), |exact| exact.eval(st))
+    }
+
+    /// The same, beyond borders that are curves, of the surface there: see [`ExactSurface::eval_whole`].
+    pub fn eval_whole(&self, st: DVec2) -> PatchPoint {
+        self.exact.as_ref().map_or_else(|| self.patch.eval(st), |exact| exact.eval_whole(st))
+    }
+
+    /// Whether no patch before it has the same surface beyond borders that are curves.
+    pub fn leads(&self) -> bool {
+        self.exact.as_ref().is_none_or(|exact| exact.leads())
+    }
+
+    /// Bound on how far the patch is from the surface, trim included, less the rounding of evaluations.
+    pub fn error(&self) -> f64 {
+        self.boundary_error + self.exact.as_ref().map_or(0.0, |exact| exact.error())
+    }
+
+    /// Whether a place that may be off by `tolerance` is inside borders that are curves.
+    pub(crate) fn holds(&self, st: DVec2, tolerance: DVec2) -> bool {
+        self.exact.as_ref().is_none_or(|exact| exact.holds(st, tolerance))
+    }
+
+    /// What of a rectangle of parameters is inside borders that are curves.
+    pub(crate) fn overlap(&self, low: DVec2, high: DVec2) -> Overlap {
+        self.exact.as_ref().map_or(Overlap::Whole, |exact| exact.overlap(low, high))
     }
 
     /// The knot box it is the image of; `None` outside the lattice, where the surface is undeformed.
@@ -70,7 +115,8 @@ impl TrimmedPatch {
 
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        size_of::<Self>() + self.patch.bytes() + self.trim.bytes()
+        let exact = self.exact.as_ref().map_or(0, |exact| exact.bytes());
+        size_of::<Self>() + self.patch.bytes() + self.trim.bytes() + exact
     }
 
     /// Lowest and highest corner of a box that holds the trimmed surface: the control points of those parts of a
@@ -84,7 +130,7 @@ impl TrimmedPatch {
                 let high = DVec2::new(f64::from(i + 1), f64::from(j + 1)) / f64::from(GRID);
                 if self.trim.reaches(low, high) {
                     let [a, b] = self.patch.subpatch(low, high).hull_bounds();
-                    bounds = [bounds[0].min(a), bounds[1].max(b)];
+                    bounds = [bounds[0].min(a - self.error()), bounds[1].max(b + self.error())];
                 }
             }
         }
@@ -245,7 +291,7 @@ impl Builder<'_> {
         if patch.has_positive_weights() {
             let interval = |index| u32::try_from(index).expect("fewer than 2^32 knots fit in memory");
             let cell = cell.map(|cell| cell.map(interval));
-            self.patches.push(TrimmedPatch { cell, frame, patch, trim, boundary_error });
+            self.patches.push(TrimmedPatch { cell, frame, patch, trim, boundary_error, exact: None });
             return Ok(());
         }
         if halvings == MAX_HALVINGS {

@@ -4,6 +4,7 @@ mod bezier_patch;
 mod build;
 mod compose;
 mod evaluate;
+mod exact;
 mod interpolation;
 mod trim;
 
@@ -14,5 +15,7 @@ pub use build::{
 };
 pub use compose::Composer;
 pub(crate) use evaluate::{OrderWork, PointLanes};
+pub use exact::{ExactSurface, Overlap};
 pub use interpolation::compose_by_interpolation;
+pub(crate) use trim::TrimBuilder;
 pub use trim::{TrimLoop, TrimRegion};

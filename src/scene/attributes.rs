@@ -19,19 +19,19 @@ pub(super) struct PolygonAttributes {
 pub(super) struct CarriedNormals {
     /// One for each corner of the mesh, after the object's transform; NaN where there is none.
     corners: Vec<DVec3>,
-    /// The deformation.
-    volume: Option<SplineVolume>,
+    /// The deformations, one after the other.
+    volumes: Vec<SplineVolume>,
 }
 
 impl CarriedNormals {
     /// Those of a mesh that is placed by `transform` and then deformed.
-    pub(super) fn new(mesh: &PolygonMesh, transform: DMat3, volume: Option<SplineVolume>) -> Self {
+    pub(super) fn new(mesh: &PolygonMesh, transform: DMat3, volumes: Vec<SplineVolume>) -> Self {
         let place = cofactor(transform);
         let normal = |corner| match mesh.corner(corner).normal {
             Some(normal) => (place * mesh.normals()[normal as usize]).normalize_or(DVec3::NAN),
             None => DVec3::NAN,
         };
-        Self { corners: (0..mesh.corner_count()).map(normal).collect(), volume }
+        Self { corners: (0..mesh.corner_count()).map(normal).collect(), volumes }
     }
 }
 
@@ -55,15 +55,19 @@ impl VertexAttributes for PolygonAttributes {
     /// The corners' normals interpolated, then transformed by the cofactors of the deformation's Jacobian, as the normal of
     /// any surface through the point is (Feng et al. 2002 deform points alone; the rule is that of Barr 1984, section 3).
     fn normal(&self, polygon: u32, rest: DVec3, cell: Option<Cell>) -> Option<DVec3> {
-        let CarriedNormals { corners, volume } = self.normals.as_ref()?;
+        let CarriedNormals { corners, volumes } = self.normals.as_ref()?;
         let polygon = self.polygons.polygon(polygon as usize);
         let (triangle, weights) = fan_triangle(&polygon, rest);
         let [a, b, c] = triangle.map(|corner| corners[polygon.corners[corner] as usize]);
         let normal = weights.x * a + weights.y * b + weights.z * c;
-        let carried = match (volume, cell) {
-            (Some(volume), Some(cell)) => cofactor(volume.eval_in_cell(cell, rest).jacobian) * normal,
-            _ => normal,
-        };
+        let (mut place, mut carried) = (rest, normal);
+        for (number, volume) in volumes.iter().enumerate() {
+            // of the first the knot box is known, which decides on a knot plane
+            let cell = if number == 0 { cell } else { volume.cell(place) };
+            let Some(cell) = cell else { continue };
+            let point = volume.eval_in_cell(cell, place);
+            (place, carried) = (point.position, cofactor(point.jacobian) * carried);
+        }
         carried.try_normalize()
     }
 

@@ -4,25 +4,25 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
+use crate::analytic::{Step, warnings};
 use crate::film::{Picture, read_picture};
-use crate::mesh::{FaultKind, MeshNotes, MeshTolerances, ObjError, PolygonSet, load_obj, prepare_polygons};
-use crate::patch::{BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, deform_polygons};
-use crate::shade::{
-    Camera, CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
+use crate::mesh::{
+    FaultKind, MeshNotes, MeshTolerances, ObjError, PolygonMesh, PolygonSet, load_obj, prepare_polygons,
 };
-use crate::spline::{ControlLattice, SplineVolume};
+use crate::patch::BuildTimes;
+use crate::shade::{
+    CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
+};
 use crate::surface::SplineSurface;
-use crate::trace::{Geometry, NoAttributes, TracedObject, TracedScene, VertexAttributes};
+use crate::trace::{TracedObject, TracedScene, VertexAttributes};
 
 use super::attributes::{CarriedNormals, PolygonAttributes};
-use super::description::{
-    FfdDescription, LightDescription, Method, ObjectDescription, ObjectShape, Outside, SceneDescription,
-};
+use super::deformed::{BuiltLattice, Deformed, Deforming, Undeformed};
+use super::description::{LightDescription, Method, ObjectDescription, ObjectShape, SceneDescription};
 use super::diagnostic::{Diagnostic, Location, SceneError};
-use super::edits::{DragReport, EditedLattice, edited_lattice};
 use super::pointwise::{Pointwise, deform_pointwise};
 use super::surface_object::{SurfaceObject, surface_object};
 
@@ -50,14 +50,12 @@ pub struct BuiltScene {
 pub struct BuiltObject {
     /// What was odd about the mesh.
     pub notes: MeshNotes,
-    /// The volume that deformed it.
-    pub volume: Option<SplineVolume>,
-    /// The volume's lattice after all edits.
-    pub lattice: Option<ControlLattice>,
-    /// What drags did to it.
-    pub drags: Vec<DragReport>,
+    /// The lattices that deformed it.
+    pub lattices: Vec<BuiltLattice>,
     /// Sub-polygons it was cut into.
     pub subpolygons: usize,
+    /// What may not be as its author meant it.
+    pub warnings: Vec<String>,
 }
 
 /// Time spent on building a scene, summed over objects.
@@ -183,16 +181,16 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
     };
     let file = match &object.shape {
         ObjectShape::Mesh(file) => file,
-        ObjectShape::Surface(surface) => return Ok(built_surface(object, &surface.value)),
+        ObjectShape::Surface(surface) => return built_surface(scene, object, &surface.value),
     };
     let (mesh, file_notes) =
         load_obj(&file.value).map_err(|error| mesh_faults(error, |message| fault(file.location, message)))?;
     let (polygons, notes) = prepare_polygons(&mesh, object.transform, MeshTolerances::default());
     let notes = file_notes.merged(notes);
-    let Some(bounds) = polygons.bounds() else {
+    if polygons.bounds().is_none() {
         let message = format!("mesh {}: no face has an area", file.value.display());
         return Err(fault(file.location, message));
-    };
+    }
     check_uvs(scene, object, &polygons, &file.value)
         .map_err(|message| fault(object.name.location, message))?;
     if object.vertex_normals && !mesh.has_normals() {
@@ -203,54 +201,67 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
         return Err(fault(file.location, message));
     }
     let load = started.elapsed();
-    let ffd = object.deform.first();
-    let edited = ffd
-        .map(|ffd| {
-            let pick = |lattice: &ControlLattice, pixel| pick(scene, &polygons, &ffd.value, lattice, pixel);
-            edited_lattice(scene, ffd, bounds, &pick)
-        })
-        .transpose()?;
-    let (volume, lattice, drags) = match edited {
-        Some(EditedLattice { volume, lattice, drags }) => (Some(volume), Some(lattice), drags),
-        None => (None, None, Vec::new()),
-    };
-    let of_object = |message: String| {
-        let location = ffd.map_or(object.name.location, |ffd| ffd.location);
-        fault(location, format!("object {:?}: {message}", object.name.value))
-    };
-    let normals =
-        object.vertex_normals.then(|| CarriedNormals::new(&mesh, object.transform.matrix3, volume.clone()));
-    let attributes = PolygonAttributes { polygons, normals };
-    let (made, attributes): (_, Box<dyn VertexAttributes>) = match object.method {
-        Method::Exact => {
-            let made = deform(&attributes.polygons, volume.as_ref(), ffd.map(|ffd| &ffd.value));
-            (made.map_err(of_object)?, Box::new(attributes))
-        }
-        Method::Pointwise { level } => {
-            let Pointwise { made, attributes } =
-                deform_pointwise(&attributes, volume.as_ref(), level).map_err(of_object)?;
-            (made, Box::new(attributes))
-        }
-    };
-    let DeformedPolygons { patches, subpolygons, times } = made;
+    let deforming = Deforming { scene, object, undeformed: Undeformed::Polygons(&polygons) };
+    let (patches, subpolygons, lattices, times, attributes): (_, _, _, _, Box<dyn VertexAttributes>) =
+        match object.method {
+            Method::Exact => {
+                let Deformed { patches, subpolygons, lattices, times, .. } = deforming.deformed()?;
+                let attributes = attributes_of(object, &mesh, polygons, &lattices);
+                (patches, subpolygons, lattices, times, Box::new(attributes))
+            }
+            Method::Pointwise { level } => {
+                let (_, lattices) = deforming.steps()?;
+                let volumes: Vec<_> = lattices.iter().map(|lattice| lattice.volume.clone()).collect();
+                let attributes = attributes_of(object, &mesh, polygons, &lattices);
+                let made = deform_pointwise(&attributes, &volumes, level);
+                let Pointwise { made, attributes } = made.map_err(|message| {
+                    fault(object.name.location, format!("object {:?}: {message}", object.name.value))
+                })?;
+                (made.patches, made.subpolygons, lattices, made.times, Box::new(attributes))
+            }
+        };
     let traced = TracedObject { name: object.name.value.clone(), patches, attributes };
-    Ok(MadeObject { traced, built: BuiltObject { notes, volume, lattice, drags, subpolygons }, load, times })
+    Ok(MadeObject {
+        traced,
+        built: BuiltObject { notes, lattices, subpolygons, warnings: Vec::new() },
+        load,
+        times,
+    })
 }
 
-/// A surface, all of it patches.
-fn built_surface(object: &ObjectDescription, surface: &SplineSurface) -> MadeObject {
+fn attributes_of(
+    object: &ObjectDescription,
+    mesh: &PolygonMesh,
+    polygons: PolygonSet,
+    lattices: &[BuiltLattice],
+) -> PolygonAttributes {
+    let volumes = lattices.iter().map(|lattice| lattice.volume.clone()).collect();
+    let normals = object.vertex_normals.then(|| CarriedNormals::new(mesh, object.transform.matrix3, volumes));
+    PolygonAttributes { polygons, normals }
+}
+
+/// A surface, deformed.
+fn built_surface(
+    scene: &SceneDescription,
+    object: &ObjectDescription,
+    surface: &SplineSurface,
+) -> Result<MadeObject, Vec<Diagnostic>> {
     let started = Instant::now();
     let SurfaceObject { patches, attributes } = surface_object(surface, object.transform);
-    let times = BuildTimes { compose: started.elapsed(), ..BuildTimes::default() };
-    let built = BuiltObject {
-        notes: MeshNotes::default(),
-        volume: None,
-        lattice: None,
-        drags: Vec::new(),
-        subpolygons: 0,
-    };
+    let load = started.elapsed();
+    let undeformed = Undeformed::Surface { surface, transform: object.transform, patches: &patches };
+    let Deformed { patches, subpolygons, lattices, steps, times } =
+        Deforming { scene, object, undeformed }.deformed()?;
+    let mut warned = Vec::new();
+    for (number, step) in (1..).zip(&steps) {
+        if let Step::Extension(extension) = step {
+            let found = warnings(extension, surface.domain());
+            warned.extend(found.into_iter().map(|warning| format!("deformation {number}: {warning}")));
+        }
+    }
+    let built = BuiltObject { notes: MeshNotes::default(), lattices, subpolygons, warnings: warned };
     let traced = TracedObject { name: object.name.value.clone(), patches, attributes: Box::new(attributes) };
-    MadeObject { traced, built, load: Duration::ZERO, times }
+    Ok(MadeObject { traced, built, load, times })
 }
 
 /// A textured material needs texture coordinates on every face.
@@ -295,60 +306,6 @@ fn mesh_faults(error: ObjError, fault: impl Fn(String) -> Vec<Diagnostic>) -> Ve
         });
     }
     listed
-}
-
-fn deform(
-    polygons: &PolygonSet,
-    volume: Option<&SplineVolume>,
-    ffd: Option<&FfdDescription>,
-) -> Result<DeformedPolygons, String> {
-    let planar: Vec<_> = polygons
-        .iter()
-        .map(|polygon| PlanarPolygon { face: polygon.face, corners: polygon.positions })
-        .collect();
-    let frame = ffd.map(|ffd| ffd.frame).unwrap_or_default();
-    let made = deform_polygons(&planar, Deformation { volume, frame }).map_err(|error| error.to_string())?;
-    if let Some(FfdDescription { outside: Outside::Error, .. }) = ffd {
-        let outside = made.patches.iter().filter(|patch| patch.cell().is_none());
-        let mut faces: Vec<u32> =
-            outside.flat_map(|patch| patch.trim.loops().iter().map(|trim_loop| trim_loop.face)).collect();
-        faces.sort_unstable();
-        faces.dedup();
-        if !faces.is_empty() {
-            let named: Vec<_> = faces.iter().take(8).map(u32::to_string).collect();
-            let dots = if faces.len() > 8 { ", …" } else { "" };
-            return Err(format!(
-                "{} faces are not wholly in the lattice's box (face {}{dots}); larger bounds or outside = \"keep\" would do",
-                faces.len(),
-                named.join(", ")
-            ));
-        }
-    }
-    Ok(made)
-}
-
-/// The point of the undeformed object that the camera sees through a place of the picture, with the lattice as it stands.
-fn pick(
-    scene: &SceneDescription,
-    polygons: &PolygonSet,
-    ffd: &FfdDescription,
-    lattice: &ControlLattice,
-    pixel: DVec2,
-) -> Result<DVec3, String> {
-    let settings = scene.camera.ok_or("pick needs a [camera], through which the point is seen")?;
-    let camera = Camera::try_new(&settings, scene.film.size).map_err(|error| error.to_string())?;
-    let volume = lattice.volume().map_err(|error| error.to_string())?;
-    let patches = deform(polygons, Some(&volume), Some(ffd))?.patches;
-    let object = TracedObject { name: String::new(), patches, attributes: Box::new(NoAttributes) };
-    let ray = camera.ray(pixel, DVec2::splat(0.5));
-    let hit = TracedScene::new(vec![object]).closest_hit(&ray);
-    let [width, height] = scene.film.size;
-    hit.map(|hit| hit.rest).ok_or_else(|| {
-        format!(
-            "pick {}, {}: the camera sees nothing of the object there, in {width}x{height} pixels",
-            pixel.x, pixel.y
-        )
-    })
 }
 
 /// A camera that sees all objects, from the front, the right and above, with room around them.

@@ -8,6 +8,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::diagnostic::{Located, Location};
 use super::names::{Choice, lookup};
 use super::pointwise::MAX_LEVEL;
+use crate::analytic::Extension;
 use crate::film::FilmSettings;
 use crate::shade::{CameraSettings, Light, Material, RenderSettings};
 use crate::spline::{Axis, SignedAxis};
@@ -94,7 +95,7 @@ pub struct ObjectDescription {
     /// How the deformed shape is represented.
     pub method: Method,
     /// The deformations, in the order they apply.
-    pub deform: Vec<Located<FfdDescription>>,
+    pub deform: Vec<Located<DeformDescription>>,
 }
 
 /// An object before it is placed and deformed.
@@ -169,6 +170,15 @@ impl FromStr for Method {
             }
         }
     }
+}
+
+/// One deformation of an object.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DeformDescription {
+    /// By a lattice.
+    Ffd(FfdDescription),
+    /// By extension functions of a surface's parameters.
+    Extension(Extension),
 }
 
 /// A free-form deformation by a B-spline volume over a box.

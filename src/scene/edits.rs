@@ -67,14 +67,14 @@ type Pick<'a> = &'a dyn Fn(&ControlLattice, DVec2) -> Result<DVec3, String>;
 /// The lattice over a box after all edits of a deformation.
 pub(super) fn edited_lattice(
     scene: &SceneDescription,
-    ffd: &Located<FfdDescription>,
+    ffd: &Located<&FfdDescription>,
     object_bounds: [DVec3; 2],
     pick: Pick<'_>,
 ) -> Result<EditedLattice, Vec<Diagnostic>> {
     let fault = |location: Location, message: String| {
         vec![Diagnostic { file: scene.path.clone(), location: Some(location), message }]
     };
-    let description = &ffd.value;
+    let description = ffd.value;
     let bounds = description.bounds.unwrap_or_else(|| padded(object_bounds));
     let mut lattice =
         ControlLattice::identity(description.degree, description.points, bounds, description.hold)

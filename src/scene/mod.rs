@@ -1,7 +1,9 @@
 //! Scene files: TOML to plain data, plain data to a scene ready to trace.
 
 mod attributes;
+mod bounds;
 mod build;
+mod deformed;
 mod description;
 mod diagnostic;
 mod edits;
@@ -17,9 +19,10 @@ mod transform;
 mod unavailable;
 
 pub use build::{BuiltObject, BuiltScene, SceneTimes};
+pub use deformed::BuiltLattice;
 pub use description::{
-    DragDescription, DragSources, DragUsing, Edit, FfdDescription, LightDescription, Method, MoveTo,
-    NamedMaterial, ObjectDescription, ObjectShape, Outside, SceneDescription,
+    DeformDescription, DragDescription, DragSources, DragUsing, Edit, FfdDescription, LightDescription,
+    Method, MoveTo, NamedMaterial, ObjectDescription, ObjectShape, Outside, SceneDescription,
 };
 pub use diagnostic::{Diagnostic, Located, Location, SceneError};
 pub use edits::{DragOutcome, DragReport};

@@ -1,6 +1,8 @@
 //! A scene file to a [`SceneDescription`], or to all of its faults.
 
 mod camera;
+mod deform;
+mod extension;
 mod ffd;
 mod film;
 mod light;

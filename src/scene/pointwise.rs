@@ -44,7 +44,7 @@ struct Corner {
 /// If there would be too many triangles, or a patch cannot be made.
 pub(super) fn deform_pointwise(
     source: &PolygonAttributes,
-    volume: Option<&SplineVolume>,
+    volumes: &[SplineVolume],
     level: u32,
 ) -> Result<Pointwise, String> {
     let fans: usize = source.polygons.iter().map(|polygon| polygon.positions.len() - 2).sum();
@@ -54,8 +54,9 @@ pub(super) fn deform_pointwise(
             "pointwise:{level} would make more than {MAX_TRIANGLES} triangles; a lower level would do"
         ));
     }
-    let moved =
-        |rest: DVec3| volume.and_then(|volume| volume.eval(rest)).map_or(rest, |point| point.position);
+    let moved = |rest: DVec3| {
+        volumes.iter().fold(rest, |place, volume| volume.eval(place).map_or(place, |point| point.position))
+    };
     let mut triangles = PolygonSet::default();
     let (mut rest, mut normals) = (Vec::new(), Vec::new());
     for (index, polygon) in (0..).zip(source.polygons.iter()) {
@@ -68,7 +69,7 @@ pub(super) fn deform_pointwise(
                 }
                 rest.push(corners.map(|corner| corner.rest));
                 normals.push(corners.map(|corner| {
-                    let cell = volume.and_then(|volume| volume.cell(corner.rest));
+                    let cell = volumes.first().and_then(|volume| volume.cell(corner.rest));
                     source.normal(index, corner.rest, cell)
                 }));
             }

@@ -36,6 +36,19 @@ pub(super) fn surface_object(surface: &SplineSurface, transform: DAffine3) -> Su
     }
 }
 
+/// The corners of a patch that is a parallelogram, from (0, 0) to (1, 0), (1, 1), (0, 1); `None` if it is not flat.
+pub(super) fn plane_corners(trimmed: &TrimmedPatch) -> Option<[DVec3; 4]> {
+    let patch = &trimmed.patch;
+    if patch.degree() != [1, 1] || patch.is_rational() {
+        return None;
+    }
+    let points: Vec<_> = patch.control_points().map(DVec4::truncate).collect();
+    let corners = [points[0], points[2], points[3], points[1]];
+    let skew = points[0] + points[3] - points[1] - points[2];
+    let size = corners.iter().fold(0.0, |most: f64, corner| most.max(corner.length()));
+    (skew.length() <= 8.0 * f64::EPSILON * size).then_some(corners)
+}
+
 impl VertexAttributes for SurfaceAttributes {
     fn uv(&self, _polygon: u32, place: DVec3) -> DVec2 {
         place.truncate()

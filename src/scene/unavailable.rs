@@ -3,13 +3,10 @@
 //! To make one of these available, delete it here and read it in `parse`.
 
 /// Names that this version refuses, by what they choose.
-const NAMES: &[(&str, &[&str])] = &[("deform type", &["extension"]), ("method", &["adaptive"])];
+const NAMES: &[(&str, &[&str])] = &[("method", &["adaptive"])];
 
 /// Kinds of textured colour that this version refuses for lights, written `{ kind = … }`.
 pub(super) const TEXTURES: &[&str] = &["texture", "checkerboard"];
-
-/// Most deformations on one object.
-pub(super) const MAX_DEFORMATIONS: usize = 1;
 
 /// Whether `name` is one that this version refuses.
 pub(super) fn name(what: &str, name: &str) -> bool {

@@ -66,11 +66,11 @@ pub(super) fn base_mesh(patches: &[TrimmedPatch]) -> Mesh<'_> {
     let mut welder = Welder::new(patches);
     let mut parts = Vec::new();
     let mut outlines: Vec<Vec<Corner>> = Vec::new();
-    for patch in patches {
+    for patch in patches.iter().filter(|patch| patch.leads()) {
         for trim_loop in patch.trim.loops() {
             let mut outline: Vec<Corner> = Vec::new();
             for &st in patch.trim.corners(trim_loop) {
-                let vertex = welder.vertex(patch.frame.point(st), patch.patch.eval(st).position);
+                let vertex = welder.vertex(patch.frame.point(st), patch.eval_whole(st).position);
                 outline.push(Corner { vertex, st });
             }
             outline.dedup_by_key(|corner| corner.vertex);
@@ -97,7 +97,7 @@ pub(super) fn base_mesh(patches: &[TrimmedPatch]) -> Mesh<'_> {
 impl Mesh<'_> {
     /// The point of a sub-polygon's patch.
     pub(super) fn eval(&self, part: u32, st: DVec2) -> DVec3 {
-        self.parts[part as usize].patch.patch.eval(st).position
+        self.parts[part as usize].patch.eval_whole(st).position
     }
 
     /// Cuts a convex outline, which may have corners on straight edges, into triangles: a fan, or a star around its middle
@@ -127,7 +127,7 @@ impl Mesh<'_> {
             return;
         }
         let middle = st.iter().sum::<DVec2>() / count as f64;
-        self.positions.push(self.parts[part as usize].patch.patch.eval(middle).position);
+        self.positions.push(self.parts[part as usize].patch.eval_whole(middle).position);
         let middle = Corner { vertex: index(self.positions.len() - 1), st: middle };
         for i in 0..count {
             push([middle, corner(i), corner(i + 1)]);
@@ -157,7 +157,7 @@ impl Welder {
         let (mut rest, mut deformed) = (none, none);
         let mut boundary_error: f64 = 0.0;
         for patch in patches {
-            boundary_error = boundary_error.max(patch.boundary_error);
+            boundary_error = boundary_error.max(patch.error());
             for &st in patch.trim.loops().iter().flat_map(|trim_loop| patch.trim.corners(trim_loop)) {
                 let place = patch.frame.point(st);
                 rest = [rest[0].min(place), rest[1].max(place)];
@@ -270,7 +270,7 @@ fn corners_between(
         }
         let st = from.st.lerp(to.st, fraction);
         // a tear: the neighbour has gone elsewhere
-        let gap = (part.patch.patch.eval(st).position - candidate.position).length();
+        let gap = (part.patch.eval_whole(st).position - candidate.position).length();
         if off <= 2.0 * welder.same_rest && gap <= welder.same_position {
             found.push((fraction, Corner { vertex, st }));
         }

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::patch::{BezierPatch, PatchPoint};
+use crate::patch::{PatchPoint, TrimmedPatch};
 
 /// Steps along each side of the grid of points at which a triangle is measured.
 const STEPS: usize = 4;
@@ -57,7 +57,7 @@ fn along_surface(point: &PatchPoint, offset: DVec3) -> DVec2 {
 /// from these parameters: a point on the surface but not where its parameters would be counts as exact. Where the
 /// triangle leans away from the tangent plane, it is the first in any case.
 pub(super) fn distances(
-    patch: &BezierPatch,
+    patch: &TrimmedPatch,
     st: [DVec2; 3],
     corners: [DVec3; 3],
     (is_first, parameters_matter): (bool, bool),
@@ -66,12 +66,12 @@ pub(super) fn distances(
     let distance = |weights: DVec3| {
         let at = weights.x * st[0] + weights.y * st[1] + weights.z * st[2];
         let flat = weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2];
-        let exact = patch.eval(at);
+        let exact = patch.eval_whole(at);
         let offset = flat - exact.position;
         if parameters_matter || exact.normal().dot(facet).abs() <= OBLIQUE {
             return offset.length();
         }
-        let nearer = patch.eval(at + along_surface(&exact, offset));
+        let nearer = patch.eval_whole(at + along_surface(&exact, offset));
         (flat - nearer.position).dot(nearer.normal()).abs()
     };
     let steps = if is_first { FIRST_STEPS } else { STEPS };

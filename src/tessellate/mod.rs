@@ -124,7 +124,7 @@ fn finished(object: &TracedObject, refinement: &Refinement<'_>, deviation: f64) 
             // no reader expects NaN
             let uv = if uv.is_finite() { uv } else { DVec2::ZERO };
             let normal = if has_normals {
-                let own = || mesh.parts[triangle.part as usize].patch.patch.eval(st).normal();
+                let own = || mesh.parts[triangle.part as usize].patch.eval_whole(st).normal();
                 normal_at(triangle.part, st).unwrap_or_else(own)
             } else {
                 DVec3::ZERO

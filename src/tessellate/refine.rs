@@ -89,7 +89,7 @@ impl<'a> Refinement<'a> {
     }
 
     fn distances(&self, triangle: &Triangle) -> Distances {
-        let patch = &self.mesh.parts[triangle.part as usize].patch.patch;
+        let patch = self.mesh.parts[triangle.part as usize].patch;
         let corners = triangle.vertices.map(|vertex| self.mesh.positions[vertex as usize]);
         distances(patch, triangle.st, corners, (triangle.is_first, self.parameters_matter))
     }

@@ -74,10 +74,12 @@ impl Subdivision<'_> {
     }
 
     fn accept(&mut self, st: DVec2) {
-        if self.trimmed.trim.find(st, DVec2::splat(self.border)).is_none() {
+        if self.trimmed.trim.find(st, DVec2::splat(self.border)).is_none()
+            || !self.trimmed.holds(st, DVec2::splat(self.border))
+        {
             return;
         }
-        let position = self.trimmed.patch.eval(st).position;
+        let position = self.trimmed.eval(st).position;
         let t = (position - self.ray.origin).dot(self.ray.direction) / self.ray.direction.length_squared();
         if t > self.ray.t_min && t < self.ray.t_max {
             self.closest = self.closest.min(t);

@@ -7,7 +7,7 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::math::polygon::{self, Side};
-use crate::patch::{TrimRegion, TrimmedPatch};
+use crate::patch::{Overlap, TrimRegion, TrimmedPatch};
 
 use super::local::LocalSpace;
 use super::shape::{Shape, hull, quadratic_range};
@@ -43,7 +43,8 @@ pub(crate) enum Cover {
     Crossed { start: u32, end: u32 },
 }
 
-/// The line of a trim's edge in a leaf; those of one loop follow one another.
+/// The line of a trim's edge in a leaf; those of one loop follow one another. One with a normal of 0 says that only the exact
+/// surface can tell what is inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Cut {
     /// The loop's side is where normal · (u, v) + offset >= 0; the absolute values of the normal sum to 1.
@@ -139,6 +140,8 @@ struct Candidate {
     high: DVec2,
     /// What of each loop is in the rectangle.
     inside: Vec<(u32, Vec<DVec2>)>,
+    /// With what is inside borders that are curves.
+    overlap: Overlap,
     shape: Shape,
 }
 
@@ -155,11 +158,15 @@ impl Leaves {
 }
 
 impl Splitter<'_> {
-    /// The rectangle around parts of loops; `None` if there are none.
+    /// The rectangle around parts of loops; `None` if there are none, or none inside borders that are curves.
     fn candidate(&self, inside: Vec<(u32, Vec<DVec2>)>) -> Option<Candidate> {
         let [low, high] = polygon::bounds(inside.iter().flat_map(|(_, corners)| corners.iter().copied()))?;
+        let overlap = self.trimmed.overlap(low, high);
+        if overlap == Overlap::None {
+            return None;
+        }
         let shape = Shape::of(&self.trimmed.patch, [low, high], self.space);
-        Some(Candidate { low, high, inside, shape })
+        Some(Candidate { low, high, inside, overlap, shape })
     }
 
     fn split(&mut self, candidate: Candidate, halvings: u32) {
@@ -195,7 +202,7 @@ impl Splitter<'_> {
     }
 
     fn push(&mut self, candidate: &Candidate) {
-        let Candidate { low, high, shape, inside } = candidate;
+        let Candidate { low, high, shape, inside, .. } = candidate;
         let (middle, half) = (0.5 * (*low + *high), 0.5 * (*high - *low));
         let steepness = (0..3).map(|row| shape.to_leaf.row(row).length()).fold(0.0, f64::max);
         // across a ray that a proof is made for, an error moves the hit by twice its length in leaf coordinates at most
@@ -264,7 +271,7 @@ impl Splitter<'_> {
     }
 
     fn cover(&mut self, candidate: &Candidate) -> Cover {
-        let Candidate { low, high, inside, .. } = candidate;
+        let Candidate { low, high, inside, overlap, .. } = candidate;
         let trim: &TrimRegion = &self.trimmed.trim;
         let all = &mut self.into.cuts;
         let count = |cuts: &Vec<Cut>| u32::try_from(cuts.len()).expect("fewer than 2^32 cuts fit in memory");
@@ -272,7 +279,9 @@ impl Splitter<'_> {
         for (index, _) in inside {
             let before = all.len();
             all.extend(cuts(trim.corners(&trim.loops()[*index as usize]), [*low, *high], *index));
-            if all.len() == before {
+            if *overlap == Overlap::Partial {
+                all.push(Cut { normal: [0.0; 2], offset: 0.0, trim_loop: *index });
+            } else if all.len() == before {
                 all.truncate(start as usize);
                 return Cover::Inside(*index);
             }

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use fearless_simd::{Level, dispatch};
 use glam::{DVec2, DVec3};
 
-use crate::patch::{PatchPoint, TrimmedPatch};
+use crate::patch::{ExactSurface, PatchPoint, TrimmedPatch};
 use crate::spline::Cell;
 
 use super::bvh::{Bvh, Stack};
@@ -119,6 +119,15 @@ pub(super) struct Solver {
     pub(super) statistics: TraceStatistics,
 }
 
+/// Most steps from a patch's root to that of the surface it stands for.
+const MAX_POLISHING_STEPS: usize = 4;
+
+/// A step this small, in parts of the patch, is the last: the next would be about its square.
+const LAST_POLISHED: f64 = 1e-8;
+
+/// A root farther than this from the patch's, in parts of the patch, is not the same one.
+const MOST_POLISHED: f64 = 1e-2;
+
 thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
@@ -197,14 +206,21 @@ impl TracedScene {
 
     /// The nearest hit.
     pub fn closest(&self, ray: &Ray) -> Option<PatchHit> {
-        SCRATCH.with_borrow_mut(
-            |scratch| dispatch!(self.level, simd => query::closest(simd, self, ray, scratch)),
-        )
+        SCRATCH.with_borrow_mut(|scratch| {
+            let hit = dispatch!(self.level, simd => query::closest(simd, self, ray, scratch));
+            hit.map(|hit| self.on_surface(hit, ray, &mut scratch.solver.statistics))
+        })
     }
 
     /// All hits, sorted along the ray.
     pub fn all(&self, ray: &Ray) -> Vec<PatchHit> {
-        SCRATCH.with_borrow_mut(|scratch| dispatch!(self.level, simd => query::all(simd, self, ray, scratch)))
+        SCRATCH.with_borrow_mut(|scratch| {
+            let mut hits = dispatch!(self.level, simd => query::all(simd, self, ray, scratch));
+            for hit in &mut hits {
+                *hit = self.on_surface(*hit, ray, &mut scratch.solver.statistics);
+            }
+            hits
+        })
     }
 
     /// The nearest hits of rays, the same as by [`Self::closest`] for each.
@@ -218,6 +234,9 @@ impl TracedScene {
         SCRATCH.with_borrow_mut(|scratch| {
             for chunk in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
                 dispatch!(self.level, simd => packet::closest(simd, self, chunk, scratch));
+            }
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = hit.map(|hit| self.on_surface(hit, ray, &mut scratch.solver.statistics));
             }
         });
     }
@@ -259,6 +278,15 @@ impl TracedScene {
         Target { leaf, cuts, trimmed, space: &self.space }
     }
 
+    /// The hit of a patch that stands for another surface, moved to that surface by Newton's method.
+    #[inline]
+    fn on_surface(&self, hit: PatchHit, ray: &Ray, statistics: &mut TraceStatistics) -> PatchHit {
+        match &self.objects[hit.object as usize].patches[hit.patch as usize].exact {
+            Some(exact) if !hit.tangent => polished(exact.as_ref(), hit, ray, statistics),
+            _ => hit,
+        }
+    }
+
     /// How far off the parameters of a ray's hit may be, for rounding.
     pub fn st_error(&self, hit: &PatchHit, ray: &Ray) -> DVec2 {
         let trimmed = &self.objects[hit.object as usize].patches[hit.patch as usize];
@@ -269,7 +297,7 @@ impl TracedScene {
     pub fn interaction(&self, hit: &PatchHit) -> SurfaceInteraction {
         let object = &self.objects[hit.object as usize];
         let trimmed = &object.patches[hit.patch as usize];
-        let point = trimmed.patch.eval(hit.st);
+        let point = trimmed.eval(hit.st);
         let rest = trimmed.frame.point(hit.st);
         let normal = normal(trimmed, hit.st, &point);
         SurfaceInteraction {
@@ -281,7 +309,8 @@ impl TracedScene {
             uv: object.attributes.uv(hit.polygon, rest),
             rest: object.attributes.rest(hit.polygon, rest),
             position: point.position,
-            position_error: position_error(&trimmed.patch),
+            position_error: position_error(&trimmed.patch)
+                + trimmed.exact.as_ref().map_or(0.0, |exact| exact.error()),
             normal,
             shading_normal: object.attributes.normal(hit.polygon, rest, trimmed.cell()).unwrap_or(normal),
             dp_du: object
@@ -292,6 +321,34 @@ impl TracedScene {
             dp_dt: point.dp_dt,
         }
     }
+}
+
+/// A hit moved to the exact surface, which is within rounding of the patch: one step does, but for places where the ray is
+/// all but tangent.
+fn polished(
+    exact: &dyn ExactSurface,
+    mut hit: PatchHit,
+    ray: &Ray,
+    statistics: &mut TraceStatistics,
+) -> PatchHit {
+    for _ in 0..MAX_POLISHING_STEPS {
+        statistics.newton_steps += 1;
+        let point = exact.eval(hit.st);
+        let offset = point.position - ray.origin;
+        let normal = point.dp_ds.cross(point.dp_dt);
+        let (inverse, across) = (1.0 / normal.dot(ray.direction), ray.direction.cross(offset));
+        let step = DVec2::new(-point.dp_dt.dot(across), point.dp_ds.dot(across)) * inverse;
+        // so written, NaN is too far
+        if !(step.abs().max_element() <= MOST_POLISHED) {
+            break;
+        }
+        (hit.st, hit.t) = (hit.st + step, normal.dot(offset) * inverse);
+        if step.abs().max_element() <= LAST_POLISHED {
+            return hit;
+        }
+    }
+    statistics.not_converged += 1;
+    hit
 }
 
 /// Partial derivative of the position by the texture coordinate u, v fixed.
@@ -310,9 +367,7 @@ fn normal(trimmed: &TrimmedPatch, st: DVec2, point: &PatchPoint) -> DVec3 {
     // towards the middle of the patch, where a collapsed edge or a cusp has its one-sided limit
     let toward = DVec2::splat(0.5) - st;
     cross(point)
-        .or_else(|| {
-            [1e-9, 1e-6, 1e-3].into_iter().find_map(|step| cross(&trimmed.patch.eval(st + step * toward)))
-        })
+        .or_else(|| [1e-9, 1e-6, 1e-3].into_iter().find_map(|step| cross(&trimmed.eval(st + step * toward))))
         .unwrap_or_else(|| trimmed.frame.s.cross(trimmed.frame.t).normalize_or(DVec3::Z))
 }
 

@@ -81,10 +81,12 @@ impl Target<'_> {
                 find_loop(&self.trimmed.trim, loops, root.st, tolerance)
             }
         };
+        let found = found.filter(|_| self.trimmed.holds(root.st, tolerance));
         let Some((trim_loop, on_border)) = found else {
             statistics.trimmed += 1;
             return None;
         };
+        let on_border = on_border || !self.trimmed.holds(root.st, DVec2::ZERO);
         statistics.on_border += u64::from(on_border);
         Some(self.hit_in_loop(root, trim_loop, on_border))
     }
@@ -130,9 +132,9 @@ pub(super) fn position_error(patch: &BezierPatch) -> f64 {
     gamma(EVAL_OPERATIONS) * magnitude / least_weight * (greatest_weight / least_weight)
 }
 
-/// The same with the error of the trim's border.
+/// The same with the error of the trim's border, and of a patch that stands for another surface.
 pub(crate) fn surface_error(trimmed: &TrimmedPatch) -> f64 {
-    position_error(&trimmed.patch) + trimmed.boundary_error
+    position_error(&trimmed.patch) + trimmed.error()
 }
 
 /// How far off a root's parameters may be, for the errors of the ray, the surface and its border.

@@ -20,13 +20,10 @@ const MAX_DEGREE: i128 = 4;
 
 const AXES: [char; 3] = ['x', 'y', 'z'];
 
+pub(super) const KEYS: &[&str] = &["type", "degree", "points", "bounds", "outside", "hold", "frame", "edit"];
+
 /// Reads and checks a deformation.
-pub(super) fn read(mut table: Table<'_>) -> Option<Located<FfdDescription>> {
-    const KEYS: &[&str] = &["type", "degree", "points", "bounds", "outside", "hold", "frame", "edit"];
-    if !table.has("type") {
-        table.check_keys(KEYS);
-    }
-    table.required_name("type", "deform type", &["ffd"])?;
+pub(super) fn read(mut table: Table<'_>) -> Option<FfdDescription> {
     table.check_keys(KEYS);
     let degrees = format!("three integers from 1 to {MAX_DEGREE}");
     let degree =
@@ -45,8 +42,7 @@ pub(super) fn read(mut table: Table<'_>) -> Option<Located<FfdDescription>> {
     let edits = table.tables("edit", "[[object.deform.edit]]");
     let edits = edits.unwrap_or_default().into_iter();
     let edits = edits.filter_map(|edit| lattice.read_edit(edit)).collect();
-    let location = table.location();
-    let value = FfdDescription {
+    Some(FfdDescription {
         degree: degree?,
         points: points?,
         bounds,
@@ -54,8 +50,7 @@ pub(super) fn read(mut table: Table<'_>) -> Option<Located<FfdDescription>> {
         hold: lattice.hold,
         frame: frame.unwrap_or_default(),
         edits,
-    };
-    Some(Located { value, location })
+    })
 }
 
 fn check_counts(table: &Table<'_>, degree: Option<[usize; 3]>, points: Option<[usize; 3]>) {

@@ -2,13 +2,12 @@
 
 use super::material::Materials;
 use super::names::Names;
-use super::{ffd, surface};
+use super::{deform, surface};
 use crate::scene::description::{Method, ObjectDescription, ObjectShape};
 use crate::scene::diagnostic::Located;
 use crate::scene::names::{did_you_mean, quoted};
 use crate::scene::reader::{Table, Value};
 use crate::scene::transform;
-use crate::scene::unavailable::{self, MAX_DEFORMATIONS};
 
 /// The names of all objects, also of those with other faults; empty where there is none.
 pub(super) fn names(tables: &[Table<'_>]) -> Vec<String> {
@@ -33,14 +32,7 @@ fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Optio
         .optional("method", "\"exact\" or \"pointwise:L\"", Value::text)
         .and_then(|method| table.converted("method", method.parse::<Method>()));
     let deform = table.tables("deform", "[[object.deform]]");
-    let deform = deform.unwrap_or_default();
-    if let Some(extra) = deform.get(MAX_DEFORMATIONS) {
-        extra.report(unavailable::message(
-            "more than one deformation of an object",
-            &format!("{MAX_DEFORMATIONS} [[object.deform]] for each object"),
-        ));
-    }
-    let deform = deform.into_iter().filter_map(ffd::read).collect();
+    let deform = deform::read_all(deform.unwrap_or_default(), table.has("surface"));
     Some(ObjectDescription {
         name: name?,
         shape: shape?,
@@ -62,11 +54,8 @@ fn read_shape(table: &Table<'_>) -> Option<ObjectShape> {
         table.report_key("surface", "an object has either a mesh or a surface, not both".to_owned());
         return None;
     }
-    for (key, why) in [
-        ("deform", "deformations of surfaces are not available in this version"),
-        ("normals", "a surface has its own normals"),
-        ("method", "a surface is exact always"),
-    ] {
+    for (key, why) in [("normals", "a surface has its own normals"), ("method", "a surface is exact always")]
+    {
         if table.has(key) {
             table.report_key(key, why.to_owned());
         }

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::{LightEnd, LightSample};
 use crate::math::polygon::{self, Side};
-use crate::patch::{BezierPatch, TrimmedPatch};
+use crate::patch::TrimmedPatch;
 use crate::shade::distribution::Discrete;
 use crate::trace::{SurfaceInteraction, TracedObject, surface_error};
 
@@ -23,19 +23,20 @@ const MAX_CELLS: u32 = 8;
 /// element, and a point of it uniformly in (s, t). So the density by s and t is the cell's mean
 /// element over the sum of all, and that by area is this over the element at the point: exact, though
 /// the surface's area is only nearly known. Faces that overlap in one plane are drawn once for each.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct ObjectLight {
     radiance: DVec3,
-    /// In the order of the object's.
     patches: Vec<EmittingPatch>,
+    /// For each of the object's patches, its index in `patches`: those with curved borders between them are drawn as one.
+    of_patch: Vec<u32>,
     triangles: Vec<Triangle>,
     choice: Discrete,
 }
 
 /// A patch with the mean area elements of its grid's cells.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 struct EmittingPatch {
-    patch: BezierPatch,
+    trimmed: TrimmedPatch,
     position_error: f64,
     /// Lowest corner of the trim.
     low: DVec2,
@@ -56,12 +57,22 @@ struct Triangle {
 
 impl ObjectLight {
     pub(super) fn new(object: &TracedObject, radiance: DVec3) -> Self {
-        let mut light =
-            Self { radiance, patches: Vec::new(), triangles: Vec::new(), choice: Discrete::new([]) };
-        for (index, trimmed) in (0..).zip(&object.patches) {
-            let patch = EmittingPatch::new(trimmed);
-            patch.add_triangles(trimmed, index, &mut light.triangles);
-            light.patches.push(patch);
+        let mut light = Self {
+            radiance,
+            patches: Vec::new(),
+            of_patch: Vec::new(),
+            triangles: Vec::new(),
+            choice: Discrete::new([]),
+        };
+        let mut index = 0;
+        for trimmed in &object.patches {
+            if trimmed.leads() {
+                index = u32::try_from(light.patches.len()).expect("an object has fewer than 2^32 patches");
+                let patch = EmittingPatch::new(trimmed);
+                patch.add_triangles(trimmed, index, &mut light.triangles);
+                light.patches.push(patch);
+            }
+            light.of_patch.push(index);
         }
         let weight = |triangle: &Triangle| {
             let [a, b, c] = triangle.corners;
@@ -77,7 +88,7 @@ impl ObjectLight {
         let (index, rest) = self.choice.sample(u.x)?;
         let triangle = &self.triangles[index];
         let patch = &self.patches[triangle.patch as usize];
-        let point = patch.patch.eval(triangle.point(DVec2::new(rest, u.y)));
+        let point = patch.trimmed.eval_whole(triangle.point(DVec2::new(rest, u.y)));
         let way = point.position - from;
         let distance = way.length();
         let direction = way / distance;
@@ -112,7 +123,8 @@ impl ObjectLight {
         if facing.is_nan() || facing <= 0.0 {
             return 0.0;
         }
-        self.pdf(self.patches[hit.patch as usize].element(hit.st), distance, facing)
+        let patch = self.of_patch[hit.patch as usize];
+        self.pdf(self.patches[patch as usize].element(hit.st), distance, facing)
     }
 
     /// Density by solid angle: distance² / cos · element of the cell / (sum · element), where `facing`
@@ -131,7 +143,7 @@ impl EmittingPatch {
             let (elements, ratio) = elements(trimmed, low, step, cells);
             if ratio <= MAX_RATIO || cells == MAX_CELLS {
                 return Self {
-                    patch: trimmed.patch.clone(),
+                    trimmed: trimmed.clone(),
                     position_error: surface_error(trimmed),
                     low,
                     scale: f64::from(cells) / (high - low),
@@ -200,7 +212,7 @@ fn elements(trimmed: &TrimmedPatch, low: DVec2, step: DVec2, cells: u32) -> (Box
         let corner = low + step * DVec2::new((cell % cells).into(), (cell / cells).into());
         let (mut sum, mut least, mut greatest) = (0.0, f64::INFINITY, 0.0_f64);
         for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
-            let point = trimmed.patch.eval(corner + 0.5 * step * DVec2::new(f64::from(i), f64::from(j)));
+            let point = trimmed.eval_whole(corner + 0.5 * step * DVec2::new(f64::from(i), f64::from(j)));
             let element = point.dp_ds.cross(point.dp_dt).length();
             (sum, least, greatest) = (sum + element, least.min(element), greatest.max(element));
         }

@@ -1,0 +1,160 @@
+//! A base patch and the deformations it goes through.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+
+use crate::patch::{BezierPatch, PatchPoint};
+use crate::spline::{Cell, SplineVolume};
+use crate::subdivide::Frame;
+
+use super::choice::{ByValue, Choose, Recorded};
+use super::extension::Extension;
+use super::jet::{Jet, Point};
+use super::number::{MAX_ORDER, Number};
+use super::taylor::{Expansion, deformed, most_powers};
+
+/// Deformations that follow a normal or tangents of the surface, at most, in one chain: each takes one order of derivatives.
+pub const MAX_FIELDS: usize = MAX_ORDER - 1;
+
+/// One deformation.
+#[derive(Clone, Debug)]
+pub enum Step {
+    /// By a B-spline volume; what is outside its box stays.
+    Volume(SplineVolume),
+    /// By extension functions of the surface's parameters.
+    Extension(Extension),
+}
+
+/// Deformations one after the other.
+#[derive(Clone, Debug, Default)]
+pub struct Chain {
+    pub(super) steps: Vec<Step>,
+    /// How many take derivatives of the surface.
+    fields: usize,
+}
+
+impl Chain {
+    /// Of deformations in the order they apply.
+    ///
+    /// # Panics
+    /// If more than [`MAX_FIELDS`] follow a normal or tangents.
+    pub fn new(steps: Vec<Step>) -> Self {
+        let fields = steps.iter().filter(|step| step.takes_derivatives()).count();
+        assert!(fields <= MAX_FIELDS, "at most {MAX_FIELDS} deformations follow a normal or tangents");
+        Self { steps, fields }
+    }
+
+    /// The deformations.
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+}
+
+impl Step {
+    /// Bound on how much farther apart points can be afterwards. Of an extension 1: it moves surfaces, which have no borders
+    /// that rounding could displace.
+    pub(super) fn lipschitz_bound(&self) -> f64 {
+        match self {
+            Self::Volume(volume) => volume.lipschitz_bound(),
+            Self::Extension(_) => 1.0,
+        }
+    }
+
+    pub(super) const fn takes_derivatives(&self) -> bool {
+        match self {
+            Self::Volume(_) => false,
+            Self::Extension(extension) => extension.takes_derivatives(),
+        }
+    }
+}
+
+/// A map from a patch's unit square to space: the patch, then a chain of deformations.
+#[derive(Clone, Debug)]
+pub(super) struct Formula {
+    pub(super) base: BezierPatch,
+    /// To the plane of (u, v), for a surface.
+    pub(super) frame: Frame,
+    pub(super) chain: Arc<Chain>,
+    /// How many of the chain's steps are in the patch already.
+    pub(super) done: usize,
+}
+
+impl Formula {
+    /// The point at (s, t) after some of the steps, with derivatives by both as far as steps along fields leave them.
+    fn at<T: Number, const N: usize>(
+        &self,
+        [s, t]: [T; 2],
+        steps: usize,
+        choose: &mut impl Choose<T>,
+    ) -> Point<T, N> {
+        let place = DVec2::new(s.centre(), t.centre());
+        let (s, t) = (Jet::linear(s, [1.0, 0.0]), Jet::linear(t, [0.0, 1.0]));
+        let expansion = Expansion::of_patch(&self.base, place, most_powers::<T, N>());
+        let mut point = expansion.at(&[s, t, Jet::of(T::of(0.0))]);
+        let Frame { origin, s: by_s, t: by_t } = self.frame;
+        let uv = [0, 1].map(|axis| s.scale(by_s[axis]).add(&t.scale(by_t[axis])).plus(origin[axis]));
+        for step in &self.chain.steps[self.done..steps.max(self.done)] {
+            point = match step {
+                Step::Volume(volume) => match choose.cell(volume, &point) {
+                    Some(cell) => deformed(volume, cell, &point),
+                    None => point,
+                },
+                Step::Extension(extension) => extension.apply(&point, &uv, choose),
+            };
+        }
+        point
+    }
+
+    /// Point and partial derivatives.
+    pub(super) fn eval(&self, st: DVec2, choose: &mut impl Choose<f64>) -> PatchPoint {
+        let (st, steps) = (st.to_array(), self.chain.steps.len());
+        match self.chain.fields {
+            0 => patch_point(&self.at::<_, 3>(st, steps, choose)),
+            1 => patch_point(&self.at::<_, 6>(st, steps, choose)),
+            2 => patch_point(&self.at::<_, 10>(st, steps, choose)),
+            _ => patch_point(&self.at::<_, 15>(st, steps, choose)),
+        }
+    }
+
+    /// The point after some of the steps.
+    pub(super) fn position(&self, st: DVec2, steps: usize, choose: &mut impl Choose<f64>) -> DVec3 {
+        DVec3::from_array(self.range(st.to_array(), steps, choose))
+    }
+
+    /// The numbers or sets of the points after some of the steps.
+    pub(super) fn range<T: Number>(&self, st: [T; 2], steps: usize, choose: &mut impl Choose<T>) -> [T; 3] {
+        match self.chain.fields {
+            0 => self.at::<_, 1>(st, steps, choose).map(|x| x.value()),
+            1 => self.at::<_, 3>(st, steps, choose).map(|x| x.value()),
+            2 => self.at::<_, 6>(st, steps, choose).map(|x| x.value()),
+            _ => self.at::<_, 10>(st, steps, choose).map(|x| x.value()),
+        }
+    }
+
+    /// Partial derivatives before a step.
+    pub(super) fn partials(&self, st: DVec2, step: usize) -> [DVec3; 2] {
+        let point = patch_point(&self.at::<_, 15>(st.to_array(), step, &mut ByValue));
+        [point.dp_ds, point.dp_dt]
+    }
+
+    /// The knot boxes that a point is in, by step; `None` outside a volume.
+    pub(super) fn knot_boxes(&self, choose: &mut impl Choose<f64>, st: DVec2) -> Vec<(usize, Option<Cell>)> {
+        let mut recorded = Recorded { choose, cells: Vec::new() };
+        self.position(st, self.steps(), &mut recorded);
+        let steps = (self.done..).zip(&self.chain.steps[self.done..]);
+        let volumes = steps.filter(|(_, step)| matches!(step, Step::Volume(_))).map(|(step, _)| step);
+        volumes.zip(recorded.cells).collect()
+    }
+
+    /// How many steps there are.
+    pub(super) fn steps(&self) -> usize {
+        self.chain.steps.len()
+    }
+}
+
+fn patch_point<const N: usize>(point: &Point<f64, N>) -> PatchPoint {
+    let [position, dp_ds, dp_dt] =
+        [0, 1, 2].map(|k| DVec3::from_array(point.each_ref().map(|x| x.coefficients[k])));
+    PatchPoint { position, dp_ds, dp_dt }
+}

@@ -1,0 +1,486 @@
+//! Surfaces under chains of deformations as cells, each with a patch that comes as near to it as rounding, and proven to.
+//!
+//! A formula is evaluated over discs of complex parameters around a rectangle. If its piece is analytic there, the values
+//! bound how far the interpolant at Chebyshev points is from it over the rectangle; the least degrees for which that is below
+//! rounding are taken, and a rectangle that needs degrees too high is halved. Where several pieces meet in a rectangle, each
+//! has a cell over all of it, whose border is the curve where the pieces meet.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3, DVec4};
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::math::polygon::{self, Side};
+use crate::patch::{BezierPatch, Overlap, TrimBuilder, TrimRegion, TrimmedPatch};
+use crate::spline::SplineVolume;
+
+use super::cell::{Cell, overlap, rectangle};
+use super::chain::{Chain, Formula, Step};
+use super::choice::{ByValue, Listed, Piece, pieces};
+use super::disc::Disc;
+use super::interpolate::{Interpolant, interpolate, interpolation_error, lebesgue};
+use super::number::{Number, SIZES};
+
+/// Highest degree of a cell's patch.
+const MAX_CELL_DEGREE: usize = 10;
+
+/// A patch in one knot box is composed with the lattice's piece if the degrees are no higher.
+const MAX_COMPOSED_DEGREE: usize = 9;
+
+/// Bound of the interpolation error of a cell, in parts of the object's size. Hits are moved from patches to the formula's
+/// surface, so that this is only how far from tangent a ray must be for its roots on both to correspond, and the width of
+/// borders between cells. A tenth of it needs a third more cells.
+const ACCURACY: f64 = 1e-11;
+
+/// Radii of discs around a rectangle, in parts of its half sides: large ones for small rectangles.
+const REACHES: [f64; 7] = [1.6, 3.0, 6.0, 10.0, 15.0, 25.0, 60.0];
+
+/// Halvings of each side, at most: a point where the formula is not smooth would be approached for ever.
+const MAX_HALVINGS: u32 = 30;
+
+/// A rectangle that cannot be halved further is a cell if its points are no farther apart than this, in parts of the
+/// object's size.
+const POINT: f64 = 1e-8;
+
+/// Cells of one base patch, at most: a formula that is not smooth along a curve needs ever more.
+const MAX_CELLS: usize = 50_000;
+
+/// How finely a rectangle is searched for parts of a piece.
+const SEARCH_HALVINGS: u32 = 3;
+
+/// Why a formula cannot be covered. Places are (u, v) of a surface, or parameters of a patch.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum CoverError {
+    /// A step gives a point that is not finite.
+    #[error("at u = {0}, v = {1} the point is not finite: the exponent h phi^n is too large, or an expression has no value", place.x, place.y)]
+    NotFinite {
+        /// Index of the step.
+        step: usize,
+        /// Where.
+        place: DVec2,
+    },
+    /// A step along a normal or tangent, where there is none.
+    #[error("at u = {0}, v = {1} the surface has no normal or tangent that the field could follow", place.x, place.y)]
+    NoNormal {
+        /// Index of the step.
+        step: usize,
+        /// Where.
+        place: DVec2,
+    },
+    /// No bounds were found.
+    #[error("about u = {0}, v = {1} the surface is not smooth enough to be bounded: an expression has a singular point or curve there", place.x, place.y)]
+    Unbounded {
+        /// Where.
+        place: DVec2,
+    },
+}
+
+impl CoverError {
+    /// Index of the step at fault, if it is one.
+    pub const fn step(&self) -> Option<usize> {
+        match self {
+            Self::NotFinite { step, .. } | Self::NoNormal { step, .. } => Some(*step),
+            Self::Unbounded { .. } => None,
+        }
+    }
+}
+
+/// How a chain is covered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CoverSettings {
+    /// Whether a patch that lies in one knot box is composed with a volume of low degree, instead of being covered.
+    pub composes: bool,
+}
+
+impl Default for CoverSettings {
+    fn default() -> Self {
+        Self { composes: true }
+    }
+}
+
+/// A knot box of a volume; `None` outside it.
+pub type KnotBox = Option<crate::spline::Cell>;
+
+/// Patches of a deformed surface.
+#[derive(Clone, Debug, Default)]
+pub struct Covered {
+    /// In the order of the base patches.
+    pub patches: Vec<TrimmedPatch>,
+    /// Where parts of the surface are: steps with the knot boxes of their volumes.
+    pub knot_boxes: BTreeSet<(usize, KnotBox)>,
+}
+
+/// Makes cells, or patches where degrees allow, of base patches that go through a chain of deformations.
+///
+/// # Errors
+/// Where the formula has no values or no bounds.
+pub fn cover(
+    base: &[TrimmedPatch],
+    chain: &Arc<Chain>,
+    settings: CoverSettings,
+) -> Result<Covered, CoverError> {
+    let size = size(base, chain)?;
+    let covered: Result<Vec<_>, _> =
+        base.par_iter().map(|patch| cover_patch(patch, chain, (size, settings))).collect();
+    let mut all = Covered::default();
+    for Covered { mut patches, knot_boxes } in covered? {
+        all.patches.append(&mut patches);
+        all.knot_boxes.extend(knot_boxes);
+    }
+    Ok(all)
+}
+
+/// Diagonal of a box around points of the deformed surface.
+fn size(base: &[TrimmedPatch], chain: &Arc<Chain>) -> Result<f64, CoverError> {
+    let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    for patch in base {
+        let formula =
+            Formula { base: patch.patch.clone(), frame: patch.frame, chain: chain.clone(), done: 0 };
+        for trim_loop in patch.trim.loops() {
+            let corners = patch.trim.corners(trim_loop);
+            let middle = corners.iter().sum::<DVec2>() / corners.len() as f64;
+            for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
+                for corner in corners {
+                    let st = middle.lerp(*corner, part);
+                    let position = formula.position(st, formula.steps(), &mut ByValue);
+                    if !position.is_finite() {
+                        return Err(fault(&formula, st));
+                    }
+                    bounds = [bounds[0].min(position), bounds[1].max(position)];
+                }
+            }
+        }
+    }
+    Ok((bounds[1] - bounds[0]).length())
+}
+
+/// What is wrong at a place of a formula's base patch.
+fn fault(formula: &Formula, st: DVec2) -> CoverError {
+    let place = formula.frame.point(st).truncate();
+    for step in 0..formula.steps() {
+        let made = formula.position(st, step + 1, &mut ByValue);
+        if formula.chain.steps()[step].takes_derivatives() {
+            let [by_s, by_t] = formula.partials(st, step);
+            let longer = by_s.length().max(by_t.length());
+            // so written, NaN is no normal
+            if !(by_s.cross(by_t).length() > 1e-6 * longer * longer) {
+                return CoverError::NoNormal { step, place };
+            }
+        }
+        if !made.is_finite() {
+            return CoverError::NotFinite { step, place };
+        }
+    }
+    CoverError::Unbounded { place }
+}
+
+fn cover_patch(
+    base: &TrimmedPatch,
+    chain: &Arc<Chain>,
+    (size, settings): (f64, CoverSettings),
+) -> Result<Covered, CoverError> {
+    let mut base = base.clone();
+    let mut knot_boxes = BTreeSet::new();
+    let mut done = 0;
+    while let Some(Step::Volume(volume)) = chain.steps().get(done) {
+        let composed = if settings.composes { composed(&base.patch, volume) } else { None };
+        let Some((patch, cell)) = composed else { break };
+        knot_boxes.insert((done, Some(cell)));
+        let boundary_error = base.boundary_error * volume.lipschitz_bound();
+        base = base.replaced(base.frame, patch, base.trim.clone(), (boundary_error, None));
+        done += 1;
+    }
+    if done == chain.steps().len() {
+        return Ok(Covered { patches: vec![base], knot_boxes });
+    }
+    let stretch: f64 = chain.steps()[done..].iter().map(Step::lipschitz_bound).product();
+    let formula = Formula { base: base.patch.clone(), frame: base.frame, chain: chain.clone(), done };
+    let mut cover = Cover {
+        boundary_error: if base.boundary_error > 0.0 { base.boundary_error * stretch } else { 0.0 },
+        base,
+        formula: Arc::new(formula),
+        size,
+        cells: Vec::new(),
+        knot_boxes,
+    };
+    cover.split([DVec2::ZERO, DVec2::ONE], [0, 0])?;
+    Ok(Covered { patches: cover.cells, knot_boxes: cover.knot_boxes })
+}
+
+/// A patch in one knot box, composed with the volume's piece, if the degrees are modest: its degrees times the sum of the
+/// volume's.
+fn composed(patch: &BezierPatch, volume: &SplineVolume) -> Option<(BezierPatch, crate::spline::Cell)> {
+    let total: usize = volume.degree().iter().sum();
+    let degree = patch.degree().map(|degree| degree * total);
+    if degree.iter().any(|&degree| degree > MAX_COMPOSED_DEGREE) {
+        return None;
+    }
+    let [low, high] = patch.hull_bounds();
+    let cell = volume.cell(low)?;
+    for axis in 0..3 {
+        let ends = &volume.axes()[axis].breakpoints()[cell[axis]..];
+        if !(low[axis] >= ends[0] && high[axis] <= ends[1]) {
+            return None;
+        }
+    }
+    let rational = patch.is_rational() || volume.is_rational();
+    let power = i32::try_from(total).ok()?;
+    let Interpolant { mut control_points, .. } = interpolate(degree, |st| {
+        let (point, weight) = patch.homogeneous(st);
+        volume.homogeneous_in_cell(cell, point) * weight.powi(power)
+    });
+    if !rational {
+        control_points.iter_mut().for_each(|point| point.w = 1.0);
+    }
+    let made = BezierPatch::new(degree, control_points);
+    (made.has_positive_weights() && made.is_finite()).then_some((made, cell))
+}
+
+/// A base patch being covered.
+struct Cover {
+    base: TrimmedPatch,
+    formula: Arc<Formula>,
+    boundary_error: f64,
+    size: f64,
+    cells: Vec<TrimmedPatch>,
+    knot_boxes: BTreeSet<(usize, KnotBox)>,
+}
+
+/// Degrees of a cell's patch, and the bound of its distance from the piece; or which side needs halving.
+enum Fit {
+    Degrees([usize; 2], f64),
+    Halve(usize),
+}
+
+impl Cover {
+    fn split(&mut self, rectangle: [DVec2; 2], halvings: [u32; 2]) -> Result<(), CoverError> {
+        let Some(trim) = clipped(&self.base.trim, rectangle) else { return Ok(()) };
+        let discs = discs(rectangle);
+        let steps = self.formula.steps();
+        let mut axis = usize::from(halvings[1] < halvings[0]);
+        let found = pieces(|possible| {
+            self.formula.range(discs, steps, possible);
+        });
+        if let Some(found) = found {
+            let mut fits = Vec::new();
+            for piece in &found {
+                match self.fit(piece, discs, axis) {
+                    Fit::Degrees(degree, error) => fits.push((piece, degree, error)),
+                    Fit::Halve(worse) => {
+                        axis = worse;
+                        break;
+                    }
+                }
+            }
+            if fits.len() == found.len() {
+                let mut leads = true;
+                for (piece, degree, error) in fits {
+                    if found.len() == 1 || self.occurs(piece, rectangle, SEARCH_HALVINGS) {
+                        let [low, high] = rectangle;
+                        let (formula, piece) = (self.formula.clone(), piece.clone());
+                        self.push(
+                            Cell { formula, low, size: high - low, piece, error, leads },
+                            degree,
+                            &trim,
+                        );
+                        leads = false;
+                    }
+                }
+                return Ok(());
+            }
+        }
+        let [low, high] = rectangle;
+        let middle = 0.5 * (low + high);
+        if self.cells.len() >= MAX_CELLS {
+            return Err(fault(&self.formula, middle));
+        }
+        if halvings[axis] == MAX_HALVINGS {
+            axis = 1 - axis;
+        }
+        if halvings[axis] == MAX_HALVINGS {
+            return self.push_point(rectangle, &trim);
+        }
+        let mut halvings = halvings;
+        halvings[axis] += 1;
+        let (mut first, mut second) = (high, low);
+        (first[axis], second[axis]) = (middle[axis], middle[axis]);
+        self.split([low, first], halvings)?;
+        self.split([second, high], halvings)
+    }
+
+    /// The least degrees that are accurate, by the discs from the second on.
+    fn fit(&self, piece: &Piece, rectangle: [Disc; 2], alternate: usize) -> Fit {
+        let range = self.formula.range(rectangle, self.formula.steps(), &mut Listed::new(&piece.choices));
+        let radius = |disc: usize| {
+            range.iter().fold(0.0, |most: f64, x| {
+                // so written, NaN is infinite
+                let radius = x.reach()[disc];
+                if radius <= most {
+                    most
+                } else if radius < f64::INFINITY {
+                    radius
+                } else {
+                    f64::INFINITY
+                }
+            })
+        };
+        let error = |axis: usize, degree: usize| {
+            let along = REACHES.iter().enumerate();
+            along
+                .map(|(number, &reach)| {
+                    radius(1 + axis * REACHES.len() + number) * interpolation_error(degree, reach)
+                })
+                .fold(f64::INFINITY, f64::min)
+        };
+        let accuracy = 0.25 * ACCURACY * self.size;
+        let along_s = (1..=MAX_CELL_DEGREE).find(|&degree| error(0, degree) <= accuracy);
+        let along_t = (1..=MAX_CELL_DEGREE).find(|&degree| error(1, degree) <= accuracy);
+        match (along_s, along_t) {
+            (Some(m), Some(n)) => {
+                // in each of three coordinates
+                let error = error(0, m) + lebesgue(m) * error(1, n);
+                Fit::Degrees([m, n], 3_f64.sqrt() * error)
+            }
+            _ => {
+                // the side along which it varies more, as far as it is analytic along either
+                let along = |axis: usize, number: usize| radius(1 + axis * REACHES.len() + number);
+                let known = (0..REACHES.len()).rev().map(|number| [along(0, number), along(1, number)]);
+                let [s, t] = known.into_iter().find(|[s, t]| s.min(*t) < f64::INFINITY).unwrap_or([0.0; 2]);
+                if s == t { Fit::Halve(alternate) } else { Fit::Halve(usize::from(t > s)) }
+            }
+        }
+    }
+
+    /// Whether a piece may have a part in a rectangle.
+    fn occurs(&self, piece: &Piece, [low, high]: [DVec2; 2], halvings: u32) -> bool {
+        match overlap(&self.formula, piece, discs([low, high])) {
+            Overlap::None => false,
+            Overlap::Whole => true,
+            Overlap::Partial if halvings == 0 => true,
+            Overlap::Partial => {
+                let middle = 0.5 * (low + high);
+                let quarters = [
+                    [low, middle],
+                    [DVec2::new(middle.x, low.y), DVec2::new(high.x, middle.y)],
+                    [DVec2::new(low.x, middle.y), DVec2::new(middle.x, high.y)],
+                    [middle, high],
+                ];
+                quarters.into_iter().any(|quarter| self.occurs(piece, quarter, halvings - 1))
+            }
+        }
+    }
+
+    fn push(&mut self, cell: Cell, degree: [usize; 2], trim: &TrimRegion) {
+        let point = |st: DVec2| {
+            let position = self.formula.position(
+                cell.low + st * cell.size,
+                self.formula.steps(),
+                &mut Listed::new(&cell.piece.choices),
+            );
+            position.extend(1.0)
+        };
+        let Interpolant { control_points, residual } = interpolate(degree, point);
+        let rounding = 3_f64.sqrt() * lebesgue(degree[0]) * lebesgue(degree[1]) * residual;
+        self.add(cell, degree, (control_points, rounding), trim);
+    }
+
+    /// Whether a point of a cell is outside the volume of a step.
+    fn is_outside(&self, cell: &Cell, step: usize) -> bool {
+        const STEPS: u32 = 8;
+        let mut places = (0..=STEPS).flat_map(|i| (0..=STEPS).map(move |j| DVec2::new(i.into(), j.into())));
+        places.any(|place| {
+            let st = cell.low + cell.size * place / f64::from(STEPS);
+            cell.formula.knot_boxes(&mut ByValue, st).contains(&(step, None))
+        })
+    }
+
+    /// A rectangle that is as small as a point.
+    fn push_point(&mut self, [low, high]: [DVec2; 2], trim: &TrimRegion) -> Result<(), CoverError> {
+        let middle = 0.5 * (low + high);
+        let formula = self.formula.clone();
+        let range =
+            formula.range(discs([low, high]), formula.steps(), &mut super::choice::Possible::default());
+        let radius = range
+            .iter()
+            .map(|x| x.reach()[0])
+            .fold(0.0, |most: f64, radius| if radius <= most { most } else { radius });
+        if !(radius <= POINT * self.size) {
+            return Err(fault(&formula, middle));
+        }
+        let piece = pieces(|possible| {
+            formula.range(discs([low, high]), formula.steps(), possible);
+        });
+        let Some(piece) = piece.and_then(|found| found.into_iter().next()) else {
+            return Err(fault(&formula, middle));
+        };
+        let piece = Piece { open: piece.open.iter().map(|_| false).collect(), ..piece };
+        let cell =
+            Cell { formula: formula.clone(), low, size: high - low, piece, error: 4.0 * radius, leads: true };
+        let point = |st: DVec2| {
+            formula.position(cell.low + st * cell.size, formula.steps(), &mut ByValue).extend(1.0)
+        };
+        let corners = [DVec2::ZERO, DVec2::Y, DVec2::X, DVec2::ONE].map(point);
+        if corners.iter().any(|corner| !corner.is_finite()) {
+            return Err(fault(&formula, middle));
+        }
+        self.add(cell, [1, 1], (corners.to_vec(), 0.0), trim);
+        Ok(())
+    }
+
+    fn add(
+        &mut self,
+        mut cell: Cell,
+        degree: [usize; 2],
+        (control_points, rounding): (Vec<DVec4>, f64),
+        trim: &TrimRegion,
+    ) {
+        cell.error += rounding;
+        let middle = cell.low + 0.5 * cell.size;
+        for (step, knot_box) in cell.formula.knot_boxes(&mut Listed::new(&cell.piece.choices), middle) {
+            if knot_box.is_some() || !cell.piece.open.contains(&true) || self.is_outside(&cell, step) {
+                self.knot_boxes.insert((step, knot_box));
+            }
+        }
+        let control_points = control_points.iter().map(|point| point.with_w(1.0)).collect();
+        let patch = BezierPatch::new(degree, control_points);
+        let frame = self.base.frame.restricted(cell.low, cell.low + cell.size);
+        let exact = (self.boundary_error, Some(Arc::new(cell) as Arc<_>));
+        self.cells.push(self.base.replaced(frame, patch, trim.clone(), exact));
+    }
+}
+
+/// Discs about a rectangle: itself, then [`REACHES`] along s, then along t.
+fn discs(of: [DVec2; 2]) -> [Disc; 2] {
+    let mut scale = [[1.0; SIZES]; 2];
+    for (number, reach) in REACHES.into_iter().enumerate() {
+        scale[0][1 + number] = reach;
+        scale[1][1 + REACHES.len() + number] = reach;
+    }
+    rectangle(of, scale)
+}
+
+const _: () = assert!(1 + 2 * REACHES.len() <= SIZES);
+
+/// What of a trim is in a rectangle, in the rectangle's own unit square; `None` if nothing is.
+fn clipped(trim: &TrimRegion, [low, high]: [DVec2; 2]) -> Option<TrimRegion> {
+    let mut builder = TrimBuilder::default();
+    let mut kept = Vec::new();
+    let mut any = false;
+    for trim_loop in trim.loops() {
+        let mut corners = trim.corners(trim_loop).to_vec();
+        for axis in 0..2 {
+            for (value, side) in [(low[axis], Side::Above), (high[axis], Side::Below)] {
+                polygon::clip(&corners, axis, value, side, &mut kept);
+                std::mem::swap(&mut corners, &mut kept);
+            }
+        }
+        if corners.len() >= 3 && polygon::doubled_area(&corners) > 0.0 {
+            any = true;
+            let local = corners.iter().map(|&st| ((st - low) / (high - low)).clamp(DVec2::ZERO, DVec2::ONE));
+            builder.push(trim_loop.polygon, trim_loop.face, local);
+        }
+    }
+    any.then(|| builder.finish())
+}

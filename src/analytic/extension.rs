@@ -1,0 +1,245 @@
+//! Deformation of parametric surfaces by extension functions.
+//!
+//! Source: Wang, Ye, Meng, Li, *Space deformation of parametric surface based on extension function*, sections 3 and 4. With
+//! the bound φ(u, v), an index n and an extent h the extension function is E = exp(h φ^n) where φ <= 0, else 1.
+
+use glam::{DMat3, DVec3};
+
+use super::choice::Choose;
+use super::evaluate::evaluate;
+use super::expression::Expression;
+use super::jet::{Jet, Point, cross, unit};
+use super::number::Number;
+
+/// What extension functions do to a point.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExtensionMode {
+    /// p' = L D L⁻¹ (p - O') + O' (section 4.1, Eq. 1): stretched along the axes L about a center O'.
+    Operator {
+        /// O'.
+        center: DVec3,
+        /// L: unit vectors, linearly independent.
+        axes: DMat3,
+    },
+    /// p' = p + Σ (`E_i` - 1) (p - `O_i`) (section 4.6), each region with its own center.
+    Radial,
+    /// p' = p + Σ (`E_ij` - 1) s along a field of unit vectors (section 4.7).
+    Field(Field),
+}
+
+/// A field of unit vectors on a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Field {
+    /// The surface's normal, ∂p/∂u × ∂p/∂v.
+    Normal,
+    /// Along ∂p/∂u.
+    TangentU,
+    /// Along ∂p/∂v.
+    TangentV,
+    /// Along a vector, the same everywhere.
+    Constant(DVec3),
+    /// Along a vector of three expressions of u and v.
+    Expressions(Box<[Expression; 3]>),
+}
+
+/// A region φ <= 0 with its extension functions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Region {
+    /// φ.
+    pub bound: Expression,
+    /// The center of this region in radial mode.
+    pub center: DVec3,
+    /// n, at least 2: derivatives below this order are those of the undeformed surface on φ = 0.
+    pub index: u32,
+    /// `h_ij`, row by row.
+    pub h: [[f64; 3]; 3],
+    /// Signs `ε_ij` of the terms off the diagonal.
+    pub epsilon: [[f64; 3]; 3],
+    /// A factor of all `h_ij`.
+    pub factor: Option<Expression>,
+}
+
+/// A deformation by extension functions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Extension {
+    mode: ExtensionMode,
+    regions: Vec<Region>,
+    /// L⁻¹.
+    inverse: DMat3,
+}
+
+impl Extension {
+    /// Of regions; in operator mode the last is applied first.
+    ///
+    /// # Panics
+    /// If axes are not linearly independent or an index is below 2.
+    pub fn new(mode: ExtensionMode, regions: Vec<Region>) -> Self {
+        assert!(
+            regions.iter().all(|region| region.index >= 2),
+            "indices of extension functions are 2 or more"
+        );
+        let inverse = match &mode {
+            ExtensionMode::Operator { axes, .. } => axes.inverse(),
+            _ => DMat3::IDENTITY,
+        };
+        assert!(inverse.is_finite(), "axes are linearly independent");
+        Self { mode, regions, inverse }
+    }
+
+    /// What it does.
+    pub const fn mode(&self) -> &ExtensionMode {
+        &self.mode
+    }
+
+    /// Where.
+    pub fn regions(&self) -> &[Region] {
+        &self.regions
+    }
+
+    /// Whether it takes derivatives of the surface.
+    pub(super) const fn takes_derivatives(&self) -> bool {
+        matches!(self.mode, ExtensionMode::Field(Field::Normal | Field::TangentU | Field::TangentV))
+    }
+
+    /// The deformed point.
+    pub(super) fn apply<T: Number, const N: usize>(
+        &self,
+        point: &Point<T, N>,
+        uv: &[Jet<T, N>; 2],
+        choose: &mut impl Choose<T>,
+    ) -> Point<T, N> {
+        match &self.mode {
+            ExtensionMode::Operator { center, axes } => {
+                self.apply_operators(point, uv, (*center, *axes), choose)
+            }
+            ExtensionMode::Radial => {
+                let mut moved = *point;
+                for region in &self.regions {
+                    let Some(exponent) = region.exponent(uv, choose) else { continue };
+                    let growth = exponent.scale(region.h[0][0]).exp_minus_1();
+                    for axis in 0..3 {
+                        let offset = point[axis].plus(-region.center[axis]);
+                        moved[axis] = moved[axis].add(&growth.multiply(&offset));
+                    }
+                }
+                moved
+            }
+            ExtensionMode::Field(field) => {
+                let inside: Vec<_> = self
+                    .regions
+                    .iter()
+                    .filter_map(|region| region.exponent(uv, choose).map(|exponent| (region, exponent)))
+                    .collect();
+                if inside.is_empty() {
+                    return *point;
+                }
+                let along = field.at(point, uv, choose);
+                let mut moved = *point;
+                for (region, exponent) in inside {
+                    let more = region.product(&exponent, &along);
+                    moved = std::array::from_fn(|axis| moved[axis].add(&more[axis]));
+                }
+                moved
+            }
+        }
+    }
+
+    fn apply_operators<T: Number, const N: usize>(
+        &self,
+        point: &Point<T, N>,
+        uv: &[Jet<T, N>; 2],
+        (center, axes): (DVec3, DMat3),
+        choose: &mut impl Choose<T>,
+    ) -> Point<T, N> {
+        let offset: Point<T, N> = std::array::from_fn(|axis| point[axis].plus(-center[axis]));
+        let before = transformed(&self.inverse, &offset);
+        let mut local = before;
+        for region in self.regions.iter().rev() {
+            let Some(exponent) = region.exponent(uv, choose) else { continue };
+            let more = region.product(&exponent, &local);
+            local = std::array::from_fn(|axis| local[axis].add(&more[axis]));
+        }
+        // by the displacement, so that nothing is rounded where there is none
+        let change: Point<T, N> = std::array::from_fn(|axis| local[axis].subtract(&before[axis]));
+        let change = transformed(&axes, &change);
+        std::array::from_fn(|axis| point[axis].add(&change[axis]))
+    }
+}
+
+impl Region {
+    /// factor · φ^n inside, where φ <= 0.
+    pub(super) fn exponent<T: Number, const N: usize>(
+        &self,
+        uv: &[Jet<T, N>; 2],
+        choose: &mut impl Choose<T>,
+    ) -> Option<Jet<T, N>> {
+        let bound = evaluate(&self.bound, uv, choose);
+        if !choose.is_positive(&bound.scale(-1.0)) {
+            return None;
+        }
+        let power = bound.whole_power(i32::try_from(self.index).unwrap_or(i32::MAX));
+        Some(match &self.factor {
+            None => power,
+            Some(factor) => power.multiply(&evaluate(factor, uv, choose)),
+        })
+    }
+
+    /// (D - I) of the operator matrix, times a vector: rows of `ε_ij` (`E_ij` - 1).
+    fn product<T: Number, const N: usize>(&self, exponent: &Jet<T, N>, vector: &Point<T, N>) -> Point<T, N> {
+        std::array::from_fn(|i| {
+            let mut sum = Jet::of(T::of(0.0));
+            for j in 0..3 {
+                let h = self.h[i][j];
+                if h != 0.0 {
+                    let sign = if i == j { 1.0 } else { self.epsilon[i][j] };
+                    let growth = exponent.scale(h).exp_minus_1();
+                    sum = sum.add(&growth.multiply(&vector[j]).scale(sign));
+                }
+            }
+            sum
+        })
+    }
+}
+
+impl Field {
+    fn at<T: Number, const N: usize>(
+        &self,
+        point: &Point<T, N>,
+        uv: &[Jet<T, N>; 2],
+        choose: &mut impl Choose<T>,
+    ) -> Point<T, N> {
+        match self {
+            Self::Normal => {
+                let [by_u, by_v] = derivatives(point);
+                unit(&cross(&by_u, &by_v))
+            }
+            Self::TangentU => unit(&derivatives(point)[0]),
+            Self::TangentV => unit(&derivatives(point)[1]),
+            Self::Constant(vector) => {
+                let vector = vector.normalize();
+                std::array::from_fn(|axis| Jet::of(T::of(vector[axis])))
+            }
+            Self::Expressions(parts) => {
+                let vector = [
+                    evaluate(&parts[0], uv, choose),
+                    evaluate(&parts[1], uv, choose),
+                    evaluate(&parts[2], uv, choose),
+                ];
+                unit(&vector)
+            }
+        }
+    }
+}
+
+/// ∂p/∂s and ∂p/∂t, which have the directions of ∂p/∂u and ∂p/∂v.
+fn derivatives<T: Number, const N: usize>(point: &Point<T, N>) -> [Point<T, N>; 2] {
+    let partials = point.each_ref().map(Jet::partials);
+    [0, 1].map(|k| [partials[0][k], partials[1][k], partials[2][k]])
+}
+
+fn transformed<T: Number, const N: usize>(matrix: &DMat3, vector: &Point<T, N>) -> Point<T, N> {
+    std::array::from_fn(|row| {
+        let row = matrix.row(row);
+        vector[0].scale(row.x).add(&vector[1].scale(row.y)).add(&vector[2].scale(row.z))
+    })
+}

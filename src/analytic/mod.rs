@@ -1,0 +1,25 @@
+//! Stage 4c: surfaces under extension functions and chains of deformations, exactly.
+//!
+//! What is no Bézier patch of modest degree is covered by cells: rectangles of a base patch's parameters with the formula of
+//! the deformed point. Each has a Bézier patch that stands for it in searches, with a proven bound of its distance, and the
+//! formula itself for the last step of Newton's method, positions and derivatives.
+
+mod cell;
+mod chain;
+mod check;
+mod choice;
+mod cover;
+mod disc;
+mod evaluate;
+mod expression;
+mod extension;
+mod interpolate;
+mod jet;
+mod number;
+mod taylor;
+
+pub use chain::{Chain, MAX_FIELDS, Step};
+pub use check::warnings;
+pub use cover::{CoverError, CoverSettings, Covered, KnotBox, cover};
+pub use expression::{Expression, ExpressionError};
+pub use extension::{Extension, ExtensionMode, Field, Region};

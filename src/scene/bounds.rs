@@ -1,0 +1,88 @@
+//! The box of a deformed object.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use glam::{DVec2, DVec3};
+
+use crate::patch::{Overlap, TrimmedPatch};
+
+/// The box is larger than the object by no more than this, in parts of its size.
+const TIGHTNESS: f64 = 1e-9;
+
+/// Rectangles examined for one side of the box; then it is what has been proven so far.
+const MAX_RECTANGLES: usize = 20_000;
+
+/// A rectangle of a patch, with the farthest that its control points reach.
+struct Candidate {
+    reach: f64,
+    patch: usize,
+    low: DVec2,
+    high: DVec2,
+}
+
+impl PartialEq for Candidate {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Candidate {}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Candidate {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.reach.total_cmp(&other.reach)
+    }
+}
+
+/// Lowest and highest corner of a box around the trimmed patches: the tightest, up to rounding-like slack, and never too
+/// small. By halving the rectangle that reaches farthest until its middle does too.
+pub(super) fn tight_bounds(patches: &[TrimmedPatch]) -> [DVec3; 2] {
+    let hulls = patches.iter().flat_map(|patch| patch.patch.hull_bounds());
+    let [low, high] =
+        hulls.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
+    let slack = TIGHTNESS * (high - low).length();
+    let greatest =
+        |axis: usize, sign: f64| sign * (farthest(patches, sign * DVec3::AXES[axis], slack) + slack);
+    [-1.0, 1.0].map(|sign| DVec3::new(greatest(0, sign), greatest(1, sign), greatest(2, sign)))
+}
+
+/// How far patches reach along an axis, or a little more.
+fn farthest(patches: &[TrimmedPatch], axis: DVec3, slack: f64) -> f64 {
+    let candidate = |patch: usize, low: DVec2, high: DVec2| {
+        let trimmed = &patches[patch];
+        if !trimmed.trim.reaches(low, high) || trimmed.overlap(low, high) == Overlap::None {
+            return None;
+        }
+        let corners = trimmed.patch.subpatch(low, high).hull_bounds();
+        let reach = axis.dot(corners[0]).max(axis.dot(corners[1])) + trimmed.error();
+        Some(Candidate { reach, patch, low, high })
+    };
+    let mut waiting: BinaryHeap<_> =
+        (0..patches.len()).filter_map(|patch| candidate(patch, DVec2::ZERO, DVec2::ONE)).collect();
+    let mut reached = f64::NEG_INFINITY;
+    let mut examined = 0;
+    while let Some(Candidate { reach, patch, low, high }) = waiting.pop() {
+        let middle = 0.5 * (low + high);
+        if patches[patch].trim.find(middle, DVec2::ZERO).is_some() {
+            reached = reached.max(axis.dot(patches[patch].patch.eval(middle).position));
+        }
+        examined += 1;
+        if reach <= reached + slack || examined == MAX_RECTANGLES {
+            return reach;
+        }
+        let halves = if high.x - low.x >= high.y - low.y {
+            [(low, DVec2::new(middle.x, high.y)), (DVec2::new(middle.x, low.y), high)]
+        } else {
+            [(low, DVec2::new(high.x, middle.y)), (DVec2::new(low.x, middle.y), high)]
+        };
+        waiting.extend(halves.into_iter().filter_map(|(low, high)| candidate(patch, low, high)));
+    }
+    reached
+}

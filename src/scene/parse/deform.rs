@@ -1,0 +1,47 @@
+//! `[[object.deform]]`.
+
+use super::{extension, ffd};
+use crate::analytic::MAX_FIELDS;
+use crate::scene::description::DeformDescription;
+use crate::scene::diagnostic::Located;
+use crate::scene::reader::Table;
+
+/// Reads and checks the deformations of an object, which may be a surface.
+pub(super) fn read_all(tables: Vec<Table<'_>>, is_surface: bool) -> Vec<Located<DeformDescription>> {
+    let mut fields = 0;
+    let mut read_one = |mut table: Table<'_>| {
+        const KINDS: &[&str] = &["ffd", "extension"];
+        if !table.has("type") {
+            table.check_keys(&[ffd::KEYS, extension::KEYS].concat());
+        }
+        let kind = table.required_name("type", "deform type", KINDS)?;
+        let location = table.location();
+        let value = if kind == "ffd" {
+            DeformDescription::Ffd(ffd::read(table)?)
+        } else {
+            if !is_surface {
+                table.report_value(
+                    "type",
+                    "extension functions deform surfaces, and this object is a mesh".to_owned(),
+                );
+            }
+            if takes_derivatives(&table) {
+                fields += 1;
+                if fields == MAX_FIELDS + 1 {
+                    let message = format!(
+                        "more than {MAX_FIELDS} deformations of one object follow a normal or tangents"
+                    );
+                    table.report_value("field", message);
+                }
+            }
+            DeformDescription::Extension(extension::read(table)?)
+        };
+        Some(Located { value, location })
+    };
+    tables.into_iter().filter_map(&mut read_one).collect()
+}
+
+/// Whether a table's field is one of the surface's own.
+fn takes_derivatives(table: &Table<'_>) -> bool {
+    table.value("field").is_some_and(|field| field.text().is_ok())
+}
