@@ -18,13 +18,13 @@ use crate::spline::SplineVolume;
 
 use super::cell::{Cell, overlap, rectangle};
 use super::chain::{Chain, Formula, Step};
-use super::choice::{ByValue, Listed, Piece, pieces};
+use super::choice::{ByValue, Listed, Piece, Possible, pieces};
 use super::disc::Disc;
 use super::interpolate::{Interpolant, interpolate, interpolation_error, lebesgue};
 use super::number::{Number, SIZES};
 
 /// Highest degree of a cell's patch.
-const MAX_CELL_DEGREE: usize = 10;
+const MAX_CELL_DEGREE: usize = 12;
 
 /// A patch in one knot box is composed with the lattice's piece if the degrees are no higher.
 const MAX_COMPOSED_DEGREE: usize = 9;
@@ -35,7 +35,10 @@ const MAX_COMPOSED_DEGREE: usize = 9;
 const ACCURACY: f64 = 1e-11;
 
 /// Radii of discs around a rectangle, in parts of its half sides: large ones for small rectangles.
-const REACHES: [f64; 7] = [1.6, 3.0, 6.0, 10.0, 15.0, 25.0, 60.0];
+const REACHES: [f64; 7] = [1.8, 3.0, 4.5, 6.5, 10.0, 18.0, 50.0];
+
+/// A rectangle in which several pieces meet is no larger than this, in parts of the object's size.
+const LARGEST_SHARED: f64 = 0.05;
 
 /// Halvings of each side, at most: a point where the formula is not smooth would be approached for ever.
 const MAX_HALVINGS: u32 = 30;
@@ -263,6 +266,8 @@ impl Cover {
         let found = pieces(|possible| {
             self.formula.range(discs, steps, possible);
         });
+        // far from its own border a piece may be steep, and rays would look there for nothing
+        let found = found.filter(|found| found.len() == 1 || self.extent(discs) <= LARGEST_SHARED * self.size);
         if let Some(found) = found {
             let mut fits = Vec::new();
             for piece in &found {
@@ -310,22 +315,15 @@ impl Cover {
         self.split([second, high], halvings)
     }
 
+    /// Greatest distance of a rectangle's points, of all pieces, from the one in the middle, in any coordinate.
+    fn extent(&self, rectangle: [Disc; 2]) -> f64 {
+        radius(&self.formula.range(rectangle, self.formula.steps(), &mut Possible::default()), 0)
+    }
+
     /// The least degrees that are accurate, by the discs from the second on.
     fn fit(&self, piece: &Piece, rectangle: [Disc; 2], alternate: usize) -> Fit {
         let range = self.formula.range(rectangle, self.formula.steps(), &mut Listed::new(&piece.choices));
-        let radius = |disc: usize| {
-            range.iter().fold(0.0, |most: f64, x| {
-                // so written, NaN is infinite
-                let radius = x.reach()[disc];
-                if radius <= most {
-                    most
-                } else if radius < f64::INFINITY {
-                    radius
-                } else {
-                    f64::INFINITY
-                }
-            })
-        };
+        let radius = |disc: usize| radius(&range, disc);
         let error = |axis: usize, degree: usize| {
             let along = REACHES.iter().enumerate();
             along
@@ -400,12 +398,7 @@ impl Cover {
     fn push_point(&mut self, [low, high]: [DVec2; 2], trim: &TrimRegion) -> Result<(), CoverError> {
         let middle = 0.5 * (low + high);
         let formula = self.formula.clone();
-        let range =
-            formula.range(discs([low, high]), formula.steps(), &mut super::choice::Possible::default());
-        let radius = range
-            .iter()
-            .map(|x| x.reach()[0])
-            .fold(0.0, |most: f64, radius| if radius <= most { most } else { radius });
+        let radius = self.extent(discs([low, high]));
         if !(radius <= POINT * self.size) {
             return Err(fault(&formula, middle));
         }
@@ -449,6 +442,13 @@ impl Cover {
         let exact = (self.boundary_error, Some(Arc::new(cell) as Arc<_>));
         self.cells.push(self.base.replaced(frame, patch, trim.clone(), exact));
     }
+}
+
+/// The greatest radius of three coordinates' discs of one number.
+fn radius(range: &[Disc; 3], disc: usize) -> f64 {
+    // so written, NaN is infinite
+    let larger = |most: f64, radius: f64| if radius < f64::INFINITY { most.max(radius) } else { f64::INFINITY };
+    range.iter().map(|x| x.reach()[disc]).fold(0.0, larger)
 }
 
 /// Discs about a rectangle: itself, then [`REACHES`] along s, then along t.
