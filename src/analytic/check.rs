@@ -7,7 +7,6 @@ use glam::DVec2;
 use super::cell::rectangle;
 use super::choice::{ByValue, Choose, Possible};
 use super::disc::Disc;
-use super::evaluate::evaluate;
 use super::extension::{Extension, ExtensionMode, Region};
 use super::jet::Jet;
 use super::number::{Number, SIZES};
@@ -81,12 +80,11 @@ pub fn warnings(extension: &Extension, [along_u, along_v]: [[f64; 2]; 2]) -> Vec
 
 fn is_empty(region: &Region, domain: [DVec2; 2]) -> bool {
     let bound = |uv: DVec2| {
-        let value = evaluate(&region.bound, &uv.to_array().map(Jet::<f64, 1>::of), &mut ByValue).value();
+        let value = region.bound.at(&uv.to_array().map(Jet::<f64, 1>::of), &mut ByValue).value();
         // a double zero of -(1 ± cos) is no region by itself
         if value < 0.0 { -1.0 } else { 1.0 }
     };
-    let discs =
-        |uv: [Disc; 2]| evaluate(&region.bound, &uv.map(Jet::<_, 1>::of), &mut Possible::default()).value();
+    let discs = |uv: [Disc; 2]| region.bound.at(&uv.map(Jet::<_, 1>::of), &mut Possible::default()).value();
     !matches!(sign(domain, bound, discs), Sign::NotPositive(_))
 }
 

@@ -267,7 +267,8 @@ impl Cover {
             self.formula.range(discs, steps, possible);
         });
         // far from its own border a piece may be steep, and rays would look there for nothing
-        let found = found.filter(|found| found.len() == 1 || self.extent(discs) <= LARGEST_SHARED * self.size);
+        let found =
+            found.filter(|found| found.len() == 1 || self.extent(discs) <= LARGEST_SHARED * self.size);
         if let Some(found) = found {
             let mut fits = Vec::new();
             for piece in &found {
@@ -447,7 +448,8 @@ impl Cover {
 /// The greatest radius of three coordinates' discs of one number.
 fn radius(range: &[Disc; 3], disc: usize) -> f64 {
     // so written, NaN is infinite
-    let larger = |most: f64, radius: f64| if radius < f64::INFINITY { most.max(radius) } else { f64::INFINITY };
+    let larger =
+        |most: f64, radius: f64| if radius < f64::INFINITY { most.max(radius) } else { f64::INFINITY };
     range.iter().map(|x| x.reach()[disc]).fold(0.0, larger)
 }
 

@@ -11,6 +11,11 @@ use winnow::error::ParserError;
 use winnow::stream::Stateful;
 use winnow::token::{any, one_of, take_while};
 
+use super::choice::Choose;
+use super::jet::Jet;
+use super::number::Number;
+use super::program::Program;
+
 /// Most characters of an expression. They bound the depth of the tree, which is walked and dropped by recursion: a
 /// sum adds a level for every term.
 const MAX_CHARACTERS: usize = 4000;
@@ -29,7 +34,7 @@ const POWER: i64 = 40;
 
 /// A function of one argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Function {
+pub(super) enum Function {
     /// Sine of an angle in radians.
     Sin,
     /// Cosine of an angle in radians.
@@ -69,7 +74,7 @@ const FUNCTIONS: [NamedFunction; 10] = [
 
 /// A part of an expression. Parts without u and v are numbers.
 #[derive(Debug, PartialEq)]
-pub enum Node {
+pub(super) enum Node {
     /// A finite number.
     Number(f64),
     /// The first parameter.
@@ -92,30 +97,11 @@ pub enum Node {
     Call(Function, Box<Self>),
 }
 
-impl Clone for Node {
-    // as derived, the longest sum would overflow 2 MB of stack in builds without optimisation
-    fn clone(&self) -> Self {
-        let both = |[a, b]: &[Self; 2]| Box::new([a.clone(), b.clone()]);
-        match self {
-            Self::Number(value) => Self::Number(*value),
-            Self::U => Self::U,
-            Self::V => Self::V,
-            Self::Negate(a) => Self::Negate(a.clone()),
-            Self::Add(pair) => Self::Add(both(pair)),
-            Self::Subtract(pair) => Self::Subtract(both(pair)),
-            Self::Multiply(pair) => Self::Multiply(both(pair)),
-            Self::Divide(pair) => Self::Divide(both(pair)),
-            Self::Power(pair) => Self::Power(both(pair)),
-            Self::Call(function, a) => Self::Call(*function, a.clone()),
-        }
-    }
-}
-
 /// An expression of u and v.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expression {
     text: String,
-    root: Node,
+    program: Program,
 }
 
 impl Expression {
@@ -124,30 +110,7 @@ impl Expression {
     /// # Errors
     /// If the text is no expression, is too long or too deeply nested, or has a constant part that is not finite.
     pub fn parse(text: &str) -> Result<Self, ExpressionError> {
-        let count = text.chars().count();
-        if count > MAX_CHARACTERS {
-            let message = format!("the expression has {count} characters; {MAX_CHARACTERS} are the most");
-            return Err(ExpressionError { column: MAX_CHARACTERS + 1, message });
-        }
-        let content = text.trim_end();
-        if content.is_empty() {
-            return Err(ExpressionError { column: 1, message: "the expression is empty".to_owned() });
-        }
-        let state = State { text: content, nesting: 0, operand: 0..0 };
-        let mut input = Input { input: content.trim_start(), state };
-        let root = formula(&mut input)?.node;
-        if !input.is_empty() {
-            return Err(fault(&input, position(&input), "this ) closes nothing"));
-        }
-        Ok(Self { text: text.to_owned(), root })
-    }
-
-    /// The expression of a finite number.
-    #[must_use]
-    pub fn constant(value: f64) -> Self {
-        let digits = format!("{value:?}");
-        let text = digits.strip_suffix(".0").unwrap_or(&digits).to_owned();
-        Self { text, root: Node::Number(value) }
+        Ok(Self { text: text.to_owned(), program: Program::of(&tree(text)?) })
     }
 
     /// The text as it was given.
@@ -156,11 +119,33 @@ impl Expression {
         &self.text
     }
 
-    /// The expression as a tree.
-    #[must_use]
-    pub fn root(&self) -> &Node {
-        &self.root
+    /// The value at (u, v).
+    pub(super) fn at<T: Number, const N: usize>(
+        &self,
+        uv: &[Jet<T, N>; 2],
+        choose: &mut impl Choose<T>,
+    ) -> Jet<T, N> {
+        self.program.run(uv, choose)
     }
+}
+
+fn tree(text: &str) -> Result<Node, ExpressionError> {
+    let count = text.chars().count();
+    if count > MAX_CHARACTERS {
+        let message = format!("the expression has {count} characters; {MAX_CHARACTERS} are the most");
+        return Err(ExpressionError { column: MAX_CHARACTERS + 1, message });
+    }
+    let content = text.trim_end();
+    if content.is_empty() {
+        return Err(ExpressionError { column: 1, message: "the expression is empty".to_owned() });
+    }
+    let state = State { text: content, nesting: 0, operand: 0..0 };
+    let mut input = Input { input: content.trim_start(), state };
+    let root = formula(&mut input)?.node;
+    if !input.is_empty() {
+        return Err(fault(&input, position(&input), "this ) closes nothing"));
+    }
+    Ok(root)
 }
 
 /// Why a text is not an expression. `column` counts characters from 1.
@@ -448,24 +433,10 @@ fn unknown(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analytic::choice::ByValue;
 
-    fn evaluate(node: &Node, u: f64, v: f64) -> f64 {
-        let both = |[a, b]: &[Node; 2]| [evaluate(a, u, v), evaluate(b, u, v)];
-        match node {
-            Node::Number(value) => *value,
-            Node::U => u,
-            Node::V => v,
-            Node::Negate(a) => -evaluate(a, u, v),
-            Node::Add(pair) => both(pair).iter().sum(),
-            Node::Subtract(pair) => both(pair)[0] - both(pair)[1],
-            Node::Multiply(pair) => both(pair).iter().product(),
-            Node::Divide(pair) => both(pair)[0] / both(pair)[1],
-            Node::Power(pair) => both(pair)[0].powf(both(pair)[1]),
-            Node::Call(function, a) => {
-                let (.., value) = FUNCTIONS.into_iter().find(|(_, known, _)| known == function).unwrap();
-                value(evaluate(a, u, v))
-            }
-        }
+    fn value(text: &str, u: f64, v: f64) -> f64 {
+        parse(text).at(&[u, v].map(Jet::<f64, 1>::of), &mut ByValue).value()
     }
 
     fn parse(text: &str) -> Expression {
@@ -500,7 +471,7 @@ mod tests {
             ("+u*-v--u", u - u * v),
         ];
         for (text, expected) in cases {
-            let found = evaluate(parse(text).root(), u, v);
+            let found = value(text, u, v);
             assert!((found - expected).abs() < 1e-14, "{text}: {found}, not {expected}");
         }
     }
@@ -508,19 +479,15 @@ mod tests {
     #[test]
     fn trees() {
         let product = Node::Multiply(Box::new([Node::Number(consts::TAU), Node::U]));
-        assert_eq!(*parse("2*pi*u").root(), product);
+        assert_eq!(tree("2*pi*u").unwrap(), product);
         let square = Node::Power(Box::new([Node::U, Node::Number(2.0)]));
-        assert_eq!(*parse("-u^2").root(), Node::Negate(Box::new(square)));
+        assert_eq!(tree("-u^2").unwrap(), Node::Negate(Box::new(square)));
         for (text, value) in
             [("-2^2", -4.0), ("2^3^2", 512.0), ("ln(e)", 1.0), ("8/4/2", 1.0), ("1e-999", 0.0)]
         {
-            assert_eq!(*parse(text).root(), Node::Number(value), "{text}");
+            assert_eq!(tree(text).unwrap(), Node::Number(value), "{text}");
         }
-        for value in [0.0, -3.0, 100.0, -0.1, 1e300, 5e-324, consts::PI] {
-            let constant = Expression::constant(value);
-            assert_eq!(parse(constant.text()), constant);
-        }
-        assert_eq!([parse(" u ").text(), Expression::constant(-3.0).text()], [" u ", "-3"]);
+        assert_eq!(parse(" u ").text(), " u ");
     }
 
     #[test]
@@ -609,7 +576,7 @@ mod tests {
             match Expression::parse(&text) {
                 Ok(parsed) => {
                     good += 1;
-                    assert_eq!(parse(&format!(" ({text}) ")).root(), parsed.root(), "{text}");
+                    assert_eq!(parse(&format!(" ({text}) ")).program, parsed.program, "{text}");
                 }
                 Err(error) => {
                     assert!((1..=text.chars().count() + 1).contains(&error.column), "{text}: {error}")

@@ -6,7 +6,6 @@
 use glam::{DMat3, DVec3};
 
 use super::choice::Choose;
-use super::evaluate::evaluate;
 use super::expression::Expression;
 use super::jet::{Jet, Point, cross, unit};
 use super::number::Number;
@@ -173,14 +172,14 @@ impl Region {
         uv: &[Jet<T, N>; 2],
         choose: &mut impl Choose<T>,
     ) -> Option<Jet<T, N>> {
-        let bound = evaluate(&self.bound, uv, choose);
+        let bound = self.bound.at(uv, choose);
         if !choose.is_positive(&bound.scale(-1.0)) {
             return None;
         }
         let power = bound.whole_power(i32::try_from(self.index).unwrap_or(i32::MAX));
         Some(match &self.factor {
             None => power,
-            Some(factor) => power.multiply(&evaluate(factor, uv, choose)),
+            Some(factor) => power.multiply(&factor.at(uv, choose)),
         })
     }
 
@@ -220,11 +219,7 @@ impl Field {
                 std::array::from_fn(|axis| Jet::of(T::of(vector[axis])))
             }
             Self::Expressions(parts) => {
-                let vector = [
-                    evaluate(&parts[0], uv, choose),
-                    evaluate(&parts[1], uv, choose),
-                    evaluate(&parts[2], uv, choose),
-                ];
+                let vector = [parts[0].at(uv, choose), parts[1].at(uv, choose), parts[2].at(uv, choose)];
                 unit(&vector)
             }
         }

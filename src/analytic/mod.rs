@@ -10,13 +10,15 @@ mod check;
 mod choice;
 mod cover;
 mod disc;
-mod evaluate;
 mod expression;
 mod extension;
 mod interpolate;
 mod jet;
 mod number;
+mod program;
 mod taylor;
+#[cfg(test)]
+mod tests;
 
 pub use chain::{Chain, MAX_FIELDS, Step};
 pub use check::warnings;

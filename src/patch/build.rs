@@ -59,6 +59,18 @@ pub struct TrimmedPatch {
     pub exact: Option<Arc<dyn ExactSurface>>,
 }
 
+impl PartialEq for TrimmedPatch {
+    fn eq(&self, other: &Self) -> bool {
+        let exact = |patch: &Self| patch.exact.as_ref().map(Arc::as_ptr).map(|exact| exact.cast::<()>());
+        self.cell == other.cell
+            && self.frame == other.frame
+            && self.patch == other.patch
+            && self.trim == other.trim
+            && self.boundary_error == other.boundary_error
+            && exact(self) == exact(other)
+    }
+}
+
 impl TrimmedPatch {
     /// A patch that is surface all over: one loop, of polygon and face 0, around the unit square.
     pub fn untrimmed(frame: Frame, patch: BezierPatch) -> Self {

@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn vertex_normals_are_carried_by_cofactors() {
         let built = built("vertex");
-        let volume = built.objects[0].volume.as_ref().unwrap();
+        let volume = &built.objects[0].lattices[0].volume;
         let map = glam::DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 40_f64.to_radians())
             * glam::DAffine3::from_scale(DVec3::new(2.0, 1.0, 3.0));
         let corner = |x, y, z| map.transform_point3(DVec3::new(x, y, z));

@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn the_error_falls_by_four_with_each_level() {
         let exact = built("exact");
-        let volume = exact.objects[0].volume.as_ref().unwrap();
+        let volume = &exact.objects[0].lattices[0].volume;
         // how far a hit is from where the volume takes its place on the undeformed cube
         let error = |built: &BuiltScene| {
             let off = |hit: SurfaceInteraction| {

@@ -2,6 +2,7 @@
 //!
 //! All scenes here measure about 1, so that figures are in parts of the diagonal.
 
+mod cells;
 mod contact;
 mod degenerate;
 mod placement;

@@ -347,7 +347,9 @@ fn polished(
             return hit;
         }
     }
+    // so nearly tangent that the patch's root has none on the surface
     statistics.not_converged += 1;
+    hit.tangent = true;
     hit
 }
 

@@ -6,8 +6,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::film::{Aov, FilmSettings, Filter};
 use crate::scene::{
-    Edit, FfdDescription, LightDescription, Located, Location, Method, MoveTo, NamedMaterial,
-    ObjectDescription, ObjectShape, Outside,
+    DeformDescription, Edit, FfdDescription, LightDescription, Located, Location, Method, MoveTo,
+    NamedMaterial, ObjectDescription, ObjectShape, Outside,
 };
 use crate::shade::{
     BitmapSource, Checkerboard, CoatSource, GlassSource, MetalSource, MicrofacetDistribution,
@@ -156,7 +156,7 @@ fn full_objects() -> Vec<ObjectDescription> {
             transform: DAffine3::from_mat3_translation(turned, DVec3::Z),
             vertex_normals: false,
             method: Method::Exact,
-            deform: vec![located(ffd, 55, 1)],
+            deform: vec![located(DeformDescription::Ffd(ffd), 55, 1)],
         },
         ObjectDescription {
             name: located("plain".to_owned(), 84, 8),

@@ -188,7 +188,7 @@ pub struct LightHit {
 }
 
 /// A light ready for sampling.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 enum Emitter {
     Constant(DVec3),
     Envmap(EnvironmentMap),
@@ -200,7 +200,7 @@ enum Emitter {
 }
 
 /// The lights of a scene, chosen among uniformly, as in Mitsuba.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, PartialEq, Default)]
 pub struct LightSet {
     emitters: Vec<Emitter>,
     /// The light that surrounds the scene.

@@ -23,7 +23,7 @@ const MAX_CELLS: u32 = 8;
 /// element, and a point of it uniformly in (s, t). So the density by s and t is the cell's mean
 /// element over the sum of all, and that by area is this over the element at the point: exact, though
 /// the surface's area is only nearly known. Faces that overlap in one plane are drawn once for each.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct ObjectLight {
     radiance: DVec3,
     patches: Vec<EmittingPatch>,
@@ -34,7 +34,7 @@ pub(super) struct ObjectLight {
 }
 
 /// A patch with the mean area elements of its grid's cells.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 struct EmittingPatch {
     trimmed: TrimmedPatch,
     position_error: f64,
