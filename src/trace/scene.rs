@@ -336,7 +336,9 @@ fn polished(
         let point = exact.eval(hit.st);
         let offset = point.position - ray.origin;
         let normal = point.dp_ds.cross(point.dp_dt);
-        let (inverse, across) = (1.0 / normal.dot(ray.direction), ray.direction.cross(offset));
+        // what of it is along the ray is rounding, which a grazing angle would turn into a step across the ray
+        let across = ray.direction.cross(offset).reject_from(ray.direction);
+        let inverse = 1.0 / normal.dot(ray.direction);
         let step = DVec2::new(-point.dp_dt.dot(across), point.dp_ds.dot(across)) * inverse;
         // so written, NaN is too far
         if !(step.abs().max_element() <= MOST_POLISHED) {

@@ -12,7 +12,7 @@ pub(super) fn read_all(tables: Vec<Table<'_>>, is_surface: bool) -> Vec<Located<
     let mut read_one = |mut table: Table<'_>| {
         const KINDS: &[&str] = &["ffd", "extension"];
         if !table.has("type") {
-            table.check_keys(&[ffd::KEYS, extension::KEYS].concat());
+            table.check_keys(&[ffd::KEYS, &extension::KEYS[1..]].concat());
         }
         let kind = table.required_name("type", "deform type", KINDS)?;
         let location = table.location();

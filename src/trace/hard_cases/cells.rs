@@ -132,7 +132,7 @@ fn planted_rays_are_found_on_the_formula() {
                 let found = hits.iter().map(|hit| {
                     let position = patches[hit.patch as usize].eval(hit.st).position;
                     let on_ray = (position - ray.origin).cross(direction).length();
-                    let limit = if hit.tangent { patches[hit.patch as usize].error() } else { 1e-13 };
+                    let limit = if hit.tangent { patches[hit.patch as usize].error() } else { 1e-14 };
                     assert!(on_ray < limit, "{name}, patch {number}: {on_ray:e} from the ray, {hit:?}");
                     tangent += usize::from(hit.tangent);
                     all += 1;
