@@ -17,13 +17,31 @@ const BOUNDS_POINTS: usize = 200_000;
 /// Vertices, and triangles as indices into them, counter-clockwise seen from outside.
 pub(crate) type TriangleMesh = (Vec<DVec3>, Vec<[u32; 3]>);
 
+/// What is traced, by its size.
+#[derive(Debug)]
+pub(crate) struct Subject {
+    /// "a", "b", "c", "ball", "patch" or the name of a scene file.
+    pub(crate) name: String,
+    /// What it is, for the heading of its tables.
+    pub(crate) description: String,
+    /// Lowest and highest corner of the box around the deformed surface, from points on it.
+    pub(crate) bounds: [DVec3; 2],
+    /// Length of the diagonal of that box: errors are in parts of it.
+    pub(crate) diagonal: f64,
+}
+
+impl Subject {
+    /// Of points of the deformed surface.
+    pub(crate) fn new(name: String, description: String, points: impl Iterator<Item = DVec3>) -> Self {
+        let bounds = bounds_of(points);
+        Self { name, description, bounds, diagonal: (bounds[1] - bounds[0]).length() }
+    }
+}
+
 /// A triangle mesh and the volume that deforms it.
 #[derive(Debug)]
 pub(crate) struct Object {
-    /// "a", "b", "c", "ball" or "patch".
-    pub(crate) name: &'static str,
-    /// What it is, for the heading of its tables.
-    pub(crate) description: String,
+    pub(crate) subject: Subject,
     /// Undeformed vertices.
     pub(crate) vertices: Vec<DVec3>,
     /// Indices into the vertices, counter-clockwise seen from outside.
@@ -32,10 +50,6 @@ pub(crate) struct Object {
     pub(crate) volume: SplineVolume,
     /// The frame of the patches.
     pub(crate) frame: FrameChoice,
-    /// Lowest and highest corner of the box around the deformed surface, from points on it.
-    pub(crate) bounds: [DVec3; 2],
-    /// Length of the diagonal of that box: errors are in parts of it.
-    pub(crate) diagonal: f64,
 }
 
 /// An object ready for rays, and what it cost.
@@ -133,10 +147,11 @@ impl Object {
         volume: SplineVolume,
     ) -> Self {
         let frame = FrameChoice::Parallelogram;
-        let (bounds, diagonal) = ([DVec3::ZERO; 2], 0.0);
-        let mut object = Self { name, description, vertices, triangles, volume, frame, bounds, diagonal };
-        object.bounds = bounds_of(object.surface_points());
-        object.diagonal = (object.bounds[1] - object.bounds[0]).length();
+        let subject = Subject::new(name.to_owned(), description, std::iter::empty());
+        let mut object = Self { subject, vertices, triangles, volume, frame };
+        let points = object.surface_points().collect::<Vec<_>>();
+        let Subject { name, description, .. } = object.subject;
+        object.subject = Subject::new(name, description, points.into_iter());
         object
     }
 
@@ -170,7 +185,7 @@ impl Object {
         let made = deform_polygons(&polygons, deformation).map_err(|error| error.to_string())?;
         let started = Instant::now();
         let object = TracedObject {
-            name: self.name.into(),
+            name: self.subject.name.clone(),
             patches: made.patches,
             attributes: Box::new(NoAttributes),
         };

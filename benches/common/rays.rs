@@ -5,7 +5,7 @@
 use glam::{DVec3, Vec3};
 use trimray::trace::{Geometry, Ray, TracedScene};
 
-use super::objects::Object;
+use super::objects::Subject;
 
 /// Side of the tiles in which camera rays are ordered: one packet of 16.
 const TILE: u32 = 4;
@@ -77,8 +77,8 @@ impl RaySet {
 }
 
 /// `count` random rays, and as many that hit, or as many as were found.
-pub(crate) fn random_sets(object: &Object, scene: &TracedScene, count: usize) -> [RaySet; 2] {
-    let mut all = random_rays(object, scene, count * RANDOM_CANDIDATES);
+pub(crate) fn random_sets(subject: &Subject, scene: &TracedScene, count: usize) -> [RaySet; 2] {
+    let mut all = random_rays(subject, scene, count * RANDOM_CANDIDATES);
     let mut hits = hits(scene, all.iter());
     hits.truncate(count);
     all.truncate(count);
@@ -94,10 +94,10 @@ fn hits<'a>(
 
 /// All sets of one object: `width`² camera rays, `random` random rays, and a bounce from each hit of a camera ray; each with
 /// misses and without.
-pub(crate) fn ray_sets(object: &Object, scene: &TracedScene, width: u32, random: usize) -> Vec<RaySet> {
-    let primary = Camera::framing(object, scene).rays(width);
-    let bounces: Vec<_> = (0..BOUNCES).map(|number| bounces(object, scene, &primary, number)).collect();
-    let [all_random, random_hits] = random_sets(object, scene, random);
+pub(crate) fn ray_sets(subject: &Subject, scene: &TracedScene, width: u32, random: usize) -> Vec<RaySet> {
+    let primary = Camera::framing(subject, scene).rays(width);
+    let bounces: Vec<_> = (0..BOUNCES).map(|number| bounces(subject, scene, &primary, number)).collect();
+    let [all_random, random_hits] = random_sets(subject, scene, random);
     let primary_hits = hits(scene, primary.iter());
     // those of one camera ray side by side
     let side_by_side = (0..bounces[0].len()).flat_map(|i| bounces.iter().map(move |set| &set[i]));
@@ -136,15 +136,15 @@ impl Camera {
     }
 
     /// At the distance at which [`PRIMARY_SHARE`] of the rays hit.
-    fn framing(object: &Object, scene: &TracedScene) -> Self {
-        let centre = 0.5 * (object.bounds[0] + object.bounds[1]);
-        let mut distance = 2.0 * object.diagonal;
+    fn framing(subject: &Subject, scene: &TracedScene) -> Self {
+        let centre = 0.5 * (subject.bounds[0] + subject.bounds[1]);
+        let mut distance = 2.0 * subject.diagonal;
         for _ in 0..4 {
             // the share falls with the square of the distance
             let share = hit_share(scene, &Self::at(centre, distance).rays(96));
             distance *= (share / PRIMARY_SHARE).sqrt().clamp(0.5, 2.0);
         }
-        Self::at(centre, distance.max(0.6 * object.diagonal))
+        Self::at(centre, distance.max(0.6 * subject.diagonal))
     }
 
     /// Through the centres of width × width pixels, in tiles of [`TILE`] × [`TILE`].
@@ -167,8 +167,8 @@ impl Camera {
 ///
 /// They are uniform in the measure of lines, so that the share that hits falls with the square of the radius; it is chosen
 /// for [`RANDOM_SHARE`], but not below that of the sphere around the object's box.
-fn random_rays(object: &Object, scene: &TracedScene, count: usize) -> Vec<SinglePrecisionRay> {
-    let centre = 0.5 * (object.bounds[0] + object.bounds[1]);
+fn random_rays(subject: &Subject, scene: &TracedScene, count: usize) -> Vec<SinglePrecisionRay> {
+    let centre = 0.5 * (subject.bounds[0] + subject.bounds[1]);
     let chords = |radius: f64, count: usize| -> Vec<_> {
         let mut noise = Noise(1);
         let mut chord = || {
@@ -177,14 +177,14 @@ fn random_rays(object: &Object, scene: &TracedScene, count: usize) -> Vec<Single
         };
         (0..count).map(|_| chord()).collect()
     };
-    let around = 0.5 * object.diagonal;
+    let around = 0.5 * subject.diagonal;
     let share = hit_share(scene, &chords(around, 10_000));
     chords(around * (share / RANDOM_SHARE).sqrt().max(1.0), count)
 }
 
 /// A ray from each hit, its direction distributed as the cosine to the normal on the side that was hit.
 fn bounces(
-    object: &Object,
+    subject: &Subject,
     scene: &TracedScene,
     rays: &[SinglePrecisionRay],
     number: u32,
@@ -194,7 +194,7 @@ fn bounces(
         let ray = ray.ray();
         let hit = scene.closest_hit(&ray)?;
         let normal = -hit.normal * hit.normal.dot(ray.direction).signum();
-        let origin = hit.position + BOUNCE_OFFSET * object.diagonal * normal;
+        let origin = hit.position + BOUNCE_OFFSET * subject.diagonal * normal;
         // a point of the unit sphere on top of the normal
         Some(SinglePrecisionRay::rounded(origin, normal + (1.0 - 1e-6) * noise.on_sphere()))
     };

@@ -12,6 +12,8 @@
 //! Their tessellations have the fewest triangles, of one n × n for all triangles of the object, for errors of no more than
 //! 1e-3 … 1e-6 of the diagonal of the deformed object's box; `--adaptive` adds adaptive ones, refined in two ways (`tessellate::Halving`).
 //!
+//! - `--scene FILE`: a scene file's objects, tessellated adaptively as `trimray export --tolerance` does, without cracks
+//!
 //! # Rays
 //! Primary: a camera's 1024 × 1024, in tiles of 4 × 4 pixels. Random: through two points of a sphere. Bounce: from the hits
 //! of primary rays, directions distributed as the cosine, in the primary rays' order. Each with all its rays, and only those
@@ -35,14 +37,16 @@ mod peer;
 mod report;
 mod tessellate;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
+use trimray::patch::TrimmedPatch;
+use trimray::scene::parse_scene;
 use trimray::trace::{Geometry, TracedScene};
 
-use common::objects::{Built, Object, each_object};
+use common::objects::{Built, Object, Subject, each_object};
 use common::rays::{RaySet, ray_sets};
 use common::timing::{CHUNK, LeastTimes, TraceWay, trace_packets, trace_single};
 use peer::{Mode, Peer, PeerMesh};
@@ -70,6 +74,9 @@ struct Arguments {
     /// OBJ file of object c
     #[arg(long)]
     mesh: Option<PathBuf>,
+    /// Scene files to measure instead of the objects
+    #[arg(long)]
+    scene: Vec<PathBuf>,
     /// Trace adaptive tessellations as well
     #[arg(long)]
     adaptive: bool,
@@ -105,6 +112,12 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> Result<(), String> {
     let report = Report { json: arguments.json };
+    for path in &arguments.scene {
+        compare_scene(path, arguments, report)?;
+    }
+    if !arguments.scene.is_empty() && arguments.object.is_none() {
+        return Ok(());
+    }
     // each with a peer of its own, so that no object pays for the memory of another's meshes
     each_object(arguments.object.as_deref(), arguments.mesh.as_deref(), |object| {
         compare(object, arguments, report)
@@ -120,20 +133,62 @@ struct Contestant {
 
 fn compare(object: &Object, arguments: &Arguments, report: Report) -> Result<(), String> {
     let mut peer = Peer::start()?;
-    report.heading(object, &peer.version);
+    let subject = &object.subject;
+    report.heading(subject, &peer.version);
     let Built { scene, times, bytes } = object.build_least(BUILDS)?;
     let build_seconds = times.total();
-    report.trimray(object, scene.acceleration().leaves, build_seconds, bytes);
+    report.trimray(subject, scene.acceleration().leaves, build_seconds, bytes);
     let contestants = add_tessellations(object, &mut peer, arguments, |row| {
-        report.build(object, build_seconds, bytes, &row);
+        report.build(subject, build_seconds, bytes, &row);
     })?;
+    compare_rates(subject, &scene, arguments, report, (&mut peer, &contestants))
+}
 
+/// A scene file: its tessellations are those that trimray exports.
+fn compare_scene(path: &Path, arguments: &Arguments, report: Report) -> Result<(), String> {
+    let mut peer = Peer::start()?;
+    let description = parse_scene(path).map_err(|error| error.to_string())?;
+    let build = || description.build().map(|built| built.traced).map_err(|error| error.to_string());
+    let (built, build_seconds) = least_of(build);
+    let scene = built?;
+    let bytes: usize =
+        scene.objects().iter().flat_map(|object| &object.patches).map(TrimmedPatch::bytes).sum();
+    let bytes = bytes + scene.acceleration().bytes;
+    let (coarse, _) = tessellate::of_scene(&scene, 1e-3, 1.0)?;
+    let name = path.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let patches: usize = scene.objects().iter().map(|object| object.patches.len()).sum();
+    let points = coarse.vertices.iter().map(|vertex| vertex.as_dvec3());
+    let subject = Subject::new(name, format!("{}, {patches} patches", path.display()), points);
+    report.heading(&subject, &peer.version);
+    report.trimray(&subject, scene.acceleration().leaves, build_seconds, bytes);
+    let mut contestants = Vec::new();
+    for target in ERRORS {
+        let started = Instant::now();
+        let (mesh, error) = tessellate::of_scene(&scene, target, subject.diagonal)?;
+        let tessellate_seconds = started.elapsed().as_secs_f64();
+        let (label, triangles) = (format!("{target:.0e}"), mesh.triangles.len());
+        let built = peer.add_mesh(&mesh)?;
+        let row =
+            BuildRow { label: label.clone(), n: None, triangles, error, tessellate_seconds, mesh: built };
+        report.build(&subject, build_seconds, bytes, &row);
+        contestants.push(Contestant { label, error, mesh: built });
+    }
+    compare_rates(&subject, &scene, arguments, report, (&mut peer, &contestants))
+}
+
+fn compare_rates(
+    subject: &Subject,
+    scene: &TracedScene,
+    arguments: &Arguments,
+    report: Report,
+    (peer, contestants): (&mut Peer, &[Contestant]),
+) -> Result<(), String> {
     let (width, random, rounds) = if arguments.quick { (256, 1 << 14, 3) } else { (1024, 1 << 18, 5) };
     report.rates_heading(&WAYS.map(|(name, _)| name));
-    for set in ray_sets(object, &scene, width, random) {
+    for set in ray_sets(subject, scene, width, random) {
         let rounds = arguments.rounds.unwrap_or(rounds);
-        for row in measure(object, &scene, &set, &mut peer, &contestants, rounds)? {
-            report.rates(object, &set, &WAYS.map(|(name, _)| name), &row);
+        for row in measure(subject, scene, &set, peer, contestants, rounds)? {
+            report.rates(subject, &set, &WAYS.map(|(name, _)| name), &row);
         }
     }
     Ok(())
@@ -193,7 +248,7 @@ fn add_tessellations(
 
 /// All rates on one set of rays: a row for each tessellation.
 fn measure(
-    object: &Object,
+    subject: &Subject,
     scene: &TracedScene,
     set: &RaySet,
     peer: &mut Peer,
@@ -238,7 +293,7 @@ fn measure(
         for first in (0..count).step_by(CHUNK) {
             peer.run(&contestant.mesh, index, Mode::Intersect1, first, CHUNK)?;
         }
-        let agreement = agreement(object, scene, set, &peer.distances(index)?, contestant.error);
+        let agreement = agreement(subject, scene, set, &peer.distances(index)?, contestant.error);
         rows.push(RateRow {
             label: contestant.label.clone(),
             hits,
@@ -253,10 +308,16 @@ fn measure(
 }
 
 /// Compares the hits of both.
-fn agreement(object: &Object, scene: &TracedScene, set: &RaySet, distances: &[f32], error: f64) -> Agreement {
+fn agreement(
+    subject: &Subject,
+    scene: &TracedScene,
+    set: &RaySet,
+    distances: &[f32],
+    error: f64,
+) -> Agreement {
     // the coordinates of vertices, origins and hits are rounded to single precision by Embree
-    let size = object.bounds[0].abs().max(object.bounds[1].abs()).max_element() + 2.0 * object.diagonal;
-    let allowed = 2.0 * error * object.diagonal + 8.0 * f64::from(f32::EPSILON) * size;
+    let size = subject.bounds[0].abs().max(subject.bounds[1].abs()).max_element() + 2.0 * subject.diagonal;
+    let allowed = 2.0 * error * subject.diagonal + 8.0 * f64::from(f32::EPSILON) * size;
     let mut agreement = Agreement::default();
     for (ray, &distance) in set.rays.iter().zip(distances) {
         let ray = ray.ray();

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use crate::common::objects::Object;
+use crate::common::objects::Subject;
 use crate::common::rays::RaySet;
 use crate::peer::PeerMesh;
 
@@ -62,9 +62,9 @@ pub(crate) struct RateRow {
 
 impl Report {
     /// The object and the versions.
-    pub(crate) fn heading(self, object: &Object, version: &str) {
+    pub(crate) fn heading(self, subject: &Subject, version: &str) {
         if !self.json {
-            println!("\nobject {}: {}", object.name, object.description);
+            println!("\nobject {}: {}", subject.name, subject.description);
             println!(
                 "one thread; Embree {version}; times in ms, memory in MB, rates in million rays a second\n"
             );
@@ -72,11 +72,11 @@ impl Report {
     }
 
     /// trimray's build.
-    pub(crate) fn trimray(self, object: &Object, leaves: usize, build_seconds: f64, bytes: usize) {
+    pub(crate) fn trimray(self, subject: &Subject, leaves: usize, build_seconds: f64, bytes: usize) {
         if self.json {
             println!(
                 "{}",
-                json!({"object": object.name, "table": "trimray", "leaves": leaves, "build_seconds": build_seconds, "bytes": bytes})
+                json!({"object": subject.name, "table": "trimray", "leaves": leaves, "build_seconds": build_seconds, "bytes": bytes})
             );
             return;
         }
@@ -102,13 +102,13 @@ impl Report {
     }
 
     /// A tessellation; ratios are Embree / trimray.
-    pub(crate) fn build(self, object: &Object, build_seconds: f64, bytes: usize, row: &BuildRow) {
+    pub(crate) fn build(self, subject: &Subject, build_seconds: f64, bytes: usize, row: &BuildRow) {
         let memory = row.mesh.bvh_bytes + row.mesh.mesh_bytes;
         if self.json {
             println!(
                 "{}",
                 json!({
-                    "object": object.name, "table": "build", "tessellation": row.label, "n": row.n,
+                    "object": subject.name, "table": "build", "tessellation": row.label, "n": row.n,
                     "triangles": row.triangles, "error": row.error, "tessellate_seconds": row.tessellate_seconds,
                     "build_seconds": row.mesh.build_seconds, "bvh_bytes": row.mesh.bvh_bytes,
                     "mesh_bytes": row.mesh.mesh_bytes, "build_ratio": row.mesh.build_seconds / build_seconds,
@@ -149,7 +149,7 @@ impl Report {
     }
 
     /// The rates on one set of rays and one tessellation.
-    pub(crate) fn rates(self, object: &Object, set: &RaySet, ways: &[&str], row: &RateRow) {
+    pub(crate) fn rates(self, subject: &Subject, set: &RaySet, ways: &[&str], row: &RateRow) {
         let best = row.trimray.iter().fold(0.0, |best: f64, &rate| best.max(rate));
         let to_intersect1 = row.trimray[0] / row.intersect1;
         let to_intersect16 = best / row.intersect16;
@@ -160,7 +160,7 @@ impl Report {
             println!(
                 "{}",
                 json!({
-                    "object": object.name, "table": "rates", "rays": set.kind, "hits_only": set.hits_only,
+                    "object": subject.name, "table": "rates", "rays": set.kind, "hits_only": set.hits_only,
                     "number": set.rays.len(), "hits": row.hits, "tessellation": row.label, "trimray": rates,
                     "intersect1": row.intersect1, "intersect16": row.intersect16,
                     "single_to_intersect1": to_intersect1, "best_to_intersect16": to_intersect16,

@@ -5,10 +5,13 @@
 //! points that are on the surface but not where their parameters would be count as exact.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::atomic::AtomicBool;
 
 use glam::{DVec3, Vec3};
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use trimray::spline::SplineVolume;
+use trimray::tessellate::{Fineness, tessellate};
+use trimray::trace::TracedScene;
 
 use crate::common::objects::Object;
 
@@ -55,6 +58,22 @@ impl<'a> Surface<'a> {
         let normal = (exact.jacobian * along[0]).cross(exact.jacobian * along[1]).normalize();
         (point - exact.position).dot(normal).abs()
     }
+}
+
+/// The triangles that `trimray export --tolerance` makes of a scene's objects, and how far they are from them at most, both in
+/// parts of the diagonal.
+pub(crate) fn of_scene(scene: &TracedScene, target: f64, diagonal: f64) -> Result<(Mesh, f64), String> {
+    let (mut mesh, mut error) = (Mesh::default(), 0.0_f64);
+    for object in scene.objects() {
+        let fineness = Fineness::Tolerance(target * diagonal);
+        let made =
+            tessellate(object, fineness, &AtomicBool::new(false)).map_err(|error| error.to_string())?;
+        let first = index(mesh.vertices.len());
+        mesh.vertices.extend(made.positions.iter().map(|position| position.as_vec3()));
+        mesh.triangles.extend(made.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+        error = error.max(made.deviation);
+    }
+    Ok((mesh, error / diagonal))
 }
 
 /// Every triangle of the object cut into n × n.
@@ -149,7 +168,7 @@ pub(crate) fn uniform_error(object: &Object, n: u32) -> f64 {
     };
     let rows: Vec<_> =
         (0..object.triangles.len()).flat_map(|triangle| (0..n).map(move |j| (triangle, j))).collect();
-    rows.into_par_iter().map(row).reduce(|| 0.0, f64::max) / object.diagonal
+    rows.into_par_iter().map(row).reduce(|| 0.0, f64::max) / object.subject.diagonal
 }
 
 /// The least n whose [`uniform`] tessellation has an error of no more than `target`, and that error; `guess` is where the
@@ -328,7 +347,7 @@ impl<'a> Refinement<'a> {
 
     /// Halves edges of the triangles that are too far from the surface; whether there were any.
     fn halve_edges(&mut self, target: f64, halving: Halving) -> bool {
-        let target = target * self.object.diagonal;
+        let target = target * self.object.subject.diagonal;
         let marks: Vec<_> =
             self.triangles.par_iter().map(|piece| self.marks(piece, target, halving)).collect();
         let mut marked = HashSet::new();
@@ -415,7 +434,7 @@ impl<'a> Refinement<'a> {
             let (edges, centroid) = self.errors(triangle);
             edges.into_iter().fold(centroid, f64::max)
         };
-        self.triangles.par_iter().map(greatest).reduce(|| 0.0, f64::max) / self.object.diagonal
+        self.triangles.par_iter().map(greatest).reduce(|| 0.0, f64::max) / self.object.subject.diagonal
     }
 }
 

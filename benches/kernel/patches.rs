@@ -161,7 +161,8 @@ pub(crate) fn patch(arguments: &Arguments, report: Report) -> Result<(), String>
         "degree    rational   leaves   nearest hit  interaction   per ray",
     );
     for (object, scene) in single_patches()? {
-        let [_, hitting] = random_sets(&object, &scene, if arguments.quick { RAYS / 8 } else { RAYS });
+        let [_, hitting] =
+            random_sets(&object.subject, &scene, if arguments.quick { RAYS / 8 } else { RAYS });
         let rays = &hitting.rays;
         let nanoseconds = 1e9 / closest_rate(&scene, rays, arguments.rounds(), trace_single);
         let (hits, counted) = TracedScene::counting(|| {

@@ -53,7 +53,7 @@ fn whole_object(arguments: &Arguments, report: Report, bench: &str, object: &Obj
     };
     let Built { scene, times, bytes } = object.build_least(builds)?;
     let count = if arguments.quick { 1 << 13 } else { 1 << 16 };
-    let [all, hits] = random_sets(object, &scene, count);
+    let [all, hits] = random_sets(&object.subject, &scene, count);
     let [all_rate, hit_rate] =
         [&all, &hits].map(|set| closest_rate(&scene, &set.rays, arguments.rounds(), trace_single) * 1e-6);
     let (_, counted) =
@@ -113,7 +113,7 @@ fn one_object(arguments: &Arguments, report: Report, object: &Object) -> Result<
     let Built { scene, times, bytes } = object.build_least(7)?;
     let structure = scene.acceleration();
     report.heading(
-        &format!("object {}: {}", object.name, object.description),
+        &format!("object {}: {}", object.subject.name, object.subject.description),
         &format!(
             "{} patches, {} leaves ({} inside the trim), {:.3} MB, built in {:.2} ms\nrays             number   single  packets  two threads   per ray",
             scene.objects()[0].patches.len(),
@@ -127,7 +127,7 @@ fn one_object(arguments: &Arguments, report: Report, object: &Object) -> Result<
         "patches": scene.objects()[0].patches.len(), "accel": structure, "bytes": bytes, "seconds": times.total(),
     });
     let (width, random) = if arguments.quick { (256, 1 << 14) } else { (1024, 1 << 18) };
-    for set in ray_sets(object, &scene, width, random) {
+    for set in ray_sets(&object.subject, &scene, width, random) {
         if set.rays.is_empty() {
             continue;
         }
@@ -141,7 +141,7 @@ fn one_object(arguments: &Arguments, report: Report, object: &Object) -> Result<
             set.rays.iter().filter(|ray| scene.closest(&ray.ray()).is_some()).count()
         });
         let json: Value = json!({
-            "bench": "objects", "object": object.name, "built": built, "rays": set.kind, "hits_only": set.hits_only,
+            "bench": "objects", "object": object.subject.name, "built": built, "rays": set.kind, "hits_only": set.hits_only,
             "number": set.rays.len(), "hits": hits, "mrays_per_second": single, "packets_mrays_per_second": packets,
             "two_threads": threads[0] / threads[1], "per_ray": per_ray_json(&counted),
         });
@@ -155,7 +155,7 @@ fn one_object(arguments: &Arguments, report: Report, object: &Object) -> Result<
         report.row(&json, &text);
         if set.kind == "primary" && !set.hits_only {
             let seconds = times.total() + threads[1];
-            let json = json!({"bench": "first image", "object": object.name, "rays": set.rays.len(), "seconds": seconds});
+            let json = json!({"bench": "first image", "object": object.subject.name, "rays": set.rays.len(), "seconds": seconds});
             report.row(
                 &json,
                 &format!(

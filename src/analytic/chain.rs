@@ -12,7 +12,7 @@ use super::choice::{ByValue, Choose, Recorded};
 use super::extension::Extension;
 use super::jet::{Jet, Point};
 use super::number::{MAX_ORDER, Number};
-use super::taylor::{Expansion, deformed, most_powers};
+use super::taylor::{deformed, on_patch};
 
 /// Deformations that follow a normal or tangents of the surface, at most, in one chain: each takes one order of derivatives.
 pub const MAX_FIELDS: usize = MAX_ORDER - 1;
@@ -88,10 +88,8 @@ impl Formula {
         steps: usize,
         choose: &mut impl Choose<T>,
     ) -> Point<T, N> {
-        let place = DVec2::new(s.centre(), t.centre());
         let (s, t) = (Jet::linear(s, [1.0, 0.0]), Jet::linear(t, [0.0, 1.0]));
-        let expansion = Expansion::of_patch(&self.base, place, most_powers::<T, N>());
-        let mut point = expansion.at(&[s, t, Jet::of(T::of(0.0))]);
+        let mut point = on_patch(&self.base, &[s, t]);
         let Frame { origin, s: by_s, t: by_t } = self.frame;
         let uv = [0, 1].map(|axis| s.scale(by_s[axis]).add(&t.scale(by_t[axis])).plus(origin[axis]));
         for step in &self.chain.steps[self.done..steps.max(self.done)] {

@@ -1,6 +1,6 @@
 //! Taylor expansions of a patch's polynomial and of a volume's pieces, and what they make of numbers and discs.
 
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DMat3, DVec2, DVec3, DVec4};
 
 use crate::math::bernstein::{MAX_ORDER, binomial};
 use crate::patch::BezierPatch;
@@ -35,7 +35,7 @@ fn products(n: usize, a0: f64, most: usize) -> Products {
 
 /// A polynomial in one to three arguments about a place: homogeneous points, the third argument's power fastest.
 #[derive(Clone, Debug)]
-pub(super) struct Expansion {
+struct Expansion {
     /// Powers are up to these.
     powers: [usize; 3],
     coefficients: Vec<DVec4>,
@@ -44,7 +44,7 @@ pub(super) struct Expansion {
 
 impl Expansion {
     /// Of a patch, in s and t, up to a power of each.
-    pub(super) fn of_patch(patch: &BezierPatch, st: DVec2, most: usize) -> Self {
+    fn of_patch(patch: &BezierPatch, st: DVec2, most: usize) -> Self {
         let degree = patch.degree();
         let powers = degree.map(|degree| degree.min(most));
         let along: [_; 2] = [0, 1].map(|axis| products(degree[axis], st[axis], powers[axis]));
@@ -122,7 +122,7 @@ impl Expansion {
     }
 
     /// The point at arguments whose values are numbers about the place of expansion.
-    pub(super) fn at<T: Number, const N: usize>(mut self, arguments: &Point<T, N>) -> Point<T, N> {
+    fn at<T: Number, const N: usize>(mut self, arguments: &Point<T, N>) -> Point<T, N> {
         let first = self.coefficients[0];
         let middle = first.truncate() / first.w;
         for point in &mut self.coefficients {
@@ -216,8 +216,41 @@ fn times(products: &mut [f64; SIZES], factors: &[f64; SIZES]) {
 }
 
 /// Powers that an expansion needs: those of the derivatives, or for sets of numbers all.
-pub(super) const fn most_powers<T: Number, const N: usize>() -> usize {
+const fn most_powers<T: Number, const N: usize>() -> usize {
     if T::SINGLE { order_of(N) } else { MAX_ORDER }
+}
+
+/// Whether single numbers with derivatives of this order are evaluated without expansions.
+const fn is_linear<T: Number, const N: usize>() -> bool {
+    T::SINGLE && order_of(N) <= 1
+}
+
+/// position + Σ derivative · (argument - its value).
+fn linear<T: Number, const N: usize, const ARGUMENTS: usize>(
+    position: DVec3,
+    derivatives: [DVec3; ARGUMENTS],
+    arguments: &[Jet<T, N>; ARGUMENTS],
+) -> Point<T, N> {
+    std::array::from_fn(|axis| {
+        let mut jet = Jet::of(T::of(position[axis]));
+        for k in 1..N {
+            let terms = arguments.iter().zip(derivatives);
+            let sum: f64 = terms.map(|(argument, by)| argument.coefficients[k].centre() * by[axis]).sum();
+            jet.coefficients[k] = T::of(sum);
+        }
+        jet
+    })
+}
+
+/// A patch's point.
+pub(super) fn on_patch<T: Number, const N: usize>(patch: &BezierPatch, st: &[Jet<T, N>; 2]) -> Point<T, N> {
+    let [s, t] = st.each_ref().map(|parameter| parameter.value().centre());
+    if is_linear::<T, N>() {
+        let point = patch.eval(DVec2::new(s, t));
+        return linear(point.position, [point.dp_ds, point.dp_dt], st);
+    }
+    let nothing = Jet::of(T::of(0.0));
+    Expansion::of_patch(patch, DVec2::new(s, t), most_powers::<T, N>()).at(&[st[0], st[1], nothing])
 }
 
 /// The piece of a volume over a knot box, at a place.
@@ -226,6 +259,11 @@ pub(super) fn deformed<T: Number, const N: usize>(
     cell: Cell,
     place: &Point<T, N>,
 ) -> Point<T, N> {
-    let [x, y, z] = place.each_ref().map(|coordinate| coordinate.value().centre());
-    Expansion::of_volume(volume, cell, DVec3::new(x, y, z), most_powers::<T, N>()).at(place)
+    let at = DVec3::from_array(place.each_ref().map(|coordinate| coordinate.value().centre()));
+    if is_linear::<T, N>() {
+        let point = volume.eval_in_cell(cell, at);
+        let DMat3 { x_axis, y_axis, z_axis } = point.jacobian;
+        return linear(point.position, [x_axis, y_axis, z_axis], place);
+    }
+    Expansion::of_volume(volume, cell, at, most_powers::<T, N>()).at(place)
 }

@@ -410,6 +410,23 @@ fn contact_is_of_the_order_of_the_index() {
 }
 
 #[test]
+fn numbers_are_the_first_terms_of_higher_orders() {
+    // orders up to 1 take another way
+    for Case { name, base, steps, .. } in cases() {
+        let formula =
+            super::chain::Formula { base, frame: unit_frame(), chain: Arc::new(Chain::new(steps)), done: 0 };
+        let mut noise = Noise(13);
+        for _ in 0..50 {
+            let st = DVec2::new(noise.next() + 0.5, noise.next() + 0.5);
+            let point = formula.eval(st, &mut ByValue);
+            let [by_s, by_t] = formula.partials(st, formula.steps());
+            let off = (point.dp_ds - by_s).length().max((point.dp_dt - by_t).length());
+            assert!(off < 1e-13, "{name}: {off:e} at {st}");
+        }
+    }
+}
+
+#[test]
 fn jets_are_taylor_series() {
     // along a line the coefficients of an order sum to the derivative over its factorial
     for text in [

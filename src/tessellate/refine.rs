@@ -13,6 +13,10 @@ use super::{MAX_TRIANGLES, TessellateError, index};
 /// Most rounds of halving: 2^-48 of an edge is at the rounding of its points.
 const MAX_ROUNDS: usize = 48;
 
+/// Below this square of four times the area, in parts of the longest edge's fourth power, a triangle is a needle: 3 is that of
+/// an equilateral one.
+const THIN: f64 = 0.1;
+
 /// Rounding of a distance between points, in parts of the greatest coordinate.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -153,12 +157,15 @@ impl<'a> Refinement<'a> {
 /// The edges to halve of a triangle that is too far from the surface.
 fn marks(distances: &Distances, tolerance: f64, lengths_sq: [f64; 3]) -> [bool; 3] {
     let far = distances.edges.map(|edge| edge > tolerance);
-    if far != [false; 3] {
-        return far;
-    }
-    // only the inside is too far: the longest edge
     let longest = lengths_sq.iter().fold(0.0, |most: f64, &length| most.max(length));
-    lengths_sq.map(|length| length == longest)
+    // if only the inside is too far; and in needles, whose other edges could be halved for ever beside one that just passes
+    let with_longest = far == [false; 3] || quadruple_area_sq(lengths_sq) < THIN * longest * longest;
+    std::array::from_fn(|edge| far[edge] || (with_longest && lengths_sq[edge] == longest))
+}
+
+/// The square of four times a triangle's area, by Heron's formula.
+fn quadruple_area_sq([a, b, c]: [f64; 3]) -> f64 {
+    2.0 * (a * b + b * c + c * a) - (a * a + b * b + c * c)
 }
 
 /// The triangles that a triangle with vertices in the middle of its edges 0-1, 1-2 and 2-0 falls into.
