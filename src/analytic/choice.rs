@@ -24,6 +24,20 @@ pub(super) trait Choose<T> {
 
     /// Whether x >= 0.
     fn is_positive<const N: usize>(&mut self, x: &Jet<T, N>) -> bool;
+
+    /// The bound of a region where it is not above 0, else nothing. `bound` asks so many questions itself, before.
+    fn region<const N: usize>(
+        &mut self,
+        _questions: usize,
+        bound: impl FnOnce(&mut Self) -> Jet<T, N>,
+    ) -> Option<Jet<T, N>>
+    where
+        T: Number,
+        Self: Sized,
+    {
+        let bound = bound(self);
+        self.is_positive(&bound.scale(-1.0)).then_some(bound)
+    }
 }
 
 fn number(volume: &SplineVolume, cell: Option<Cell>) -> Choice {
@@ -63,6 +77,15 @@ impl<'a> Listed<'a> {
         Self { choices: choices.iter() }
     }
 
+    /// Passes over a region's questions if their last answer is that it is outside.
+    fn skips(&mut self, questions: usize) -> bool {
+        let outside = self.choices.as_slice().get(questions) == Some(&0);
+        if outside {
+            self.choices.nth(questions);
+        }
+        outside
+    }
+
     fn next(&mut self) -> Choice {
         self.choices.next().copied().expect("the list has an answer for each question of its piece")
     }
@@ -75,6 +98,21 @@ impl<T> Choose<T> for Listed<'_> {
 
     fn is_positive<const N: usize>(&mut self, _x: &Jet<T, N>) -> bool {
         self.next() == 1
+    }
+
+    fn region<const N: usize>(
+        &mut self,
+        questions: usize,
+        bound: impl FnOnce(&mut Self) -> Jet<T, N>,
+    ) -> Option<Jet<T, N>>
+    where
+        T: Number,
+    {
+        if self.skips(questions) {
+            return None;
+        }
+        let bound = bound(self);
+        <Self as Choose<T>>::is_positive(self, &bound).then_some(bound)
     }
 }
 
@@ -163,6 +201,20 @@ impl Choose<f64> for Margins<'_> {
             self.inside &= inward + self.slack(x) >= 0.0;
         }
         positive
+    }
+
+    fn region<const N: usize>(
+        &mut self,
+        questions: usize,
+        bound: impl FnOnce(&mut Self) -> Jet<f64, N>,
+    ) -> Option<Jet<f64, N>> {
+        let open = self.open.as_slice().get(..=questions).is_none_or(|open| open.contains(&true));
+        if !open && self.listed.skips(questions) {
+            self.open.nth(questions);
+            return None;
+        }
+        let bound = bound(self);
+        self.is_positive(&bound.scale(-1.0)).then_some(bound)
     }
 }
 

@@ -119,6 +119,11 @@ impl Expression {
         &self.text
     }
 
+    /// How often it asks for the sign of something.
+    pub(super) fn questions(&self) -> usize {
+        self.program.questions()
+    }
+
     /// The value at (u, v).
     pub(super) fn at<T: Number, const N: usize>(
         &self,

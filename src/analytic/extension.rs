@@ -172,10 +172,7 @@ impl Region {
         uv: &[Jet<T, N>; 2],
         choose: &mut impl Choose<T>,
     ) -> Option<Jet<T, N>> {
-        let bound = self.bound.at(uv, choose);
-        if !choose.is_positive(&bound.scale(-1.0)) {
-            return None;
-        }
+        let bound = choose.region(self.bound.questions(), |choose| self.bound.at(uv, choose))?;
         let power = bound.whole_power(i32::try_from(self.index).unwrap_or(i32::MAX));
         Some(match &self.factor {
             None => power,

@@ -33,13 +33,25 @@ pub(super) struct Program {
     operations: Box<[Operation]>,
     /// Greatest height of the stack.
     height: usize,
+    /// How many absolute values there are.
+    questions: usize,
 }
+
+/// Height up to which the stack is not allocated.
+const SMALL: usize = 8;
 
 impl Program {
     pub(super) fn of(root: &Node) -> Self {
         let mut operations = Vec::new();
         let height = append(root, &mut operations);
-        Self { operations: operations.into(), height }
+        let is_question = |operation: &&Operation| **operation == Operation::Call(Function::Abs);
+        let questions = operations.iter().filter(is_question).count();
+        Self { operations: operations.into(), height, questions }
+    }
+
+    /// How many signs it asks for.
+    pub(super) const fn questions(&self) -> usize {
+        self.questions
     }
 
     /// The value at (u, v).
@@ -48,40 +60,43 @@ impl Program {
         uv: &[Jet<T, N>; 2],
         choose: &mut impl Choose<T>,
     ) -> Jet<T, N> {
-        let mut stack: Vec<Jet<T, N>> = Vec::with_capacity(self.height);
-        for operation in &self.operations {
-            let top = match *operation {
-                Operation::Number(value) => Jet::of(T::of(value)),
-                Operation::U => uv[0],
-                Operation::V => uv[1],
-                Operation::Scale(factor) => pop(&mut stack).scale(factor),
-                Operation::Plus(value) => pop(&mut stack).plus(value),
-                Operation::WholePower(exponent) => pop(&mut stack).whole_power(exponent),
-                Operation::Power(exponent) => pop(&mut stack).power(exponent),
-                Operation::Call(function) => call(function, &pop(&mut stack), choose),
-                Operation::Add
-                | Operation::Subtract
-                | Operation::Multiply
-                | Operation::Divide
-                | Operation::PowerOf => {
-                    let (b, a) = (pop(&mut stack), pop(&mut stack));
-                    match operation {
-                        Operation::Add => a.add(&b),
-                        Operation::Subtract => a.subtract(&b),
-                        Operation::Multiply => a.multiply(&b),
-                        Operation::Divide => a.divide(&b),
-                        _ => b.multiply(&a.ln()).exp(),
-                    }
-                }
-            };
-            stack.push(top);
+        let nothing = Jet::of(T::of(0.0));
+        if self.height <= SMALL {
+            self.run_on(&mut [nothing; SMALL], uv, choose)
+        } else {
+            self.run_on(&mut vec![nothing; self.height], uv, choose)
         }
-        pop(&mut stack)
     }
-}
 
-fn pop<T>(stack: &mut Vec<T>) -> T {
-    stack.pop().expect("operations follow their operands")
+    fn run_on<T: Number, const N: usize>(
+        &self,
+        stack: &mut [Jet<T, N>],
+        uv: &[Jet<T, N>; 2],
+        choose: &mut impl Choose<T>,
+    ) -> Jet<T, N> {
+        let mut height = 0;
+        for operation in &self.operations {
+            let (operands, made) = match *operation {
+                Operation::Number(value) => (0, Jet::of(T::of(value))),
+                Operation::U => (0, uv[0]),
+                Operation::V => (0, uv[1]),
+                Operation::Scale(factor) => (1, stack[height - 1].scale(factor)),
+                Operation::Plus(value) => (1, stack[height - 1].plus(value)),
+                Operation::WholePower(exponent) => (1, stack[height - 1].whole_power(exponent)),
+                Operation::Power(exponent) => (1, stack[height - 1].power(exponent)),
+                Operation::Call(function) => (1, call(function, &stack[height - 1], choose)),
+                Operation::Add => (2, stack[height - 2].add(&stack[height - 1])),
+                Operation::Subtract => (2, stack[height - 2].subtract(&stack[height - 1])),
+                Operation::Multiply => (2, stack[height - 2].multiply(&stack[height - 1])),
+                Operation::Divide => (2, stack[height - 2].divide(&stack[height - 1])),
+                Operation::PowerOf => (2, stack[height - 1].multiply(&stack[height - 2].ln()).exp()),
+            };
+            height -= operands;
+            stack[height] = made;
+            height += 1;
+        }
+        stack[0]
+    }
 }
 
 /// Adds the operations of a tree; returns how high they raise the stack.

@@ -122,8 +122,9 @@ pub(super) struct Solver {
 /// Most steps from a patch's root to that of the surface it stands for.
 const MAX_POLISHING_STEPS: usize = 4;
 
-/// A step this small, in parts of the patch, is the last: the next would be about its square.
-const LAST_POLISHED: f64 = 1e-8;
+/// What the next step would move, in parts of the patch, below which it is not taken: about the square of the last one, over
+/// the sine of the angle between ray and surface.
+const LAST_POLISHED: f64 = 1e-13;
 
 /// A root farther than this from the patch's, in parts of the patch, is not the same one.
 const MOST_POLISHED: f64 = 1e-2;
@@ -345,7 +346,8 @@ fn polished(
             break;
         }
         (hit.st, hit.t) = (hit.st + step, normal.dot(offset) * inverse);
-        if step.abs().max_element() <= LAST_POLISHED {
+        let steep = normal.dot(ray.direction).abs();
+        if step.length_squared() * normal.length() * ray.direction.length() <= LAST_POLISHED * steep {
             return hit;
         }
     }
