@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the pipeline; each may use those before it.
-const ORDER: [&str; 17] = [
+const ORDER: [&str; 18] = [
     "math",
     "output",
     "arrays",
@@ -14,6 +14,7 @@ const ORDER: [&str; 17] = [
     "subdivide",
     "patch",
     "surface",
+    "analytic",
     "trace",
     "tessellate",
     "film",
@@ -25,13 +26,14 @@ const ORDER: [&str; 17] = [
 ];
 
 /// Crates and the only files that may name them.
-const BEHIND_ONE_FILE: [(&str, &str); 6] = [
+const BEHIND_ONE_FILE: [(&str, &str); 7] = [
     ("obvhs", "src/trace/bvh.rs"),
     ("exr", "src/film/exr_file.rs"),
     ("image", "src/film/image_file.rs"),
     ("tobj", "src/mesh/obj.rs"),
     ("npyz", "src/arrays.rs"),
     ("quick_xml", "src/export/xml.rs"),
+    ("winnow", "src/analytic/expression.rs"),
 ];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {

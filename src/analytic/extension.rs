@@ -184,12 +184,12 @@ impl Region {
     fn product<T: Number, const N: usize>(&self, exponent: &Jet<T, N>, vector: &Point<T, N>) -> Point<T, N> {
         std::array::from_fn(|i| {
             let mut sum = Jet::of(T::of(0.0));
-            for j in 0..3 {
+            for (j, part) in vector.iter().enumerate() {
                 let h = self.h[i][j];
                 if h != 0.0 {
                     let sign = if i == j { 1.0 } else { self.epsilon[i][j] };
                     let growth = exponent.scale(h).exp_minus_1();
-                    sum = sum.add(&growth.multiply(&vector[j]).scale(sign));
+                    sum = sum.add(&growth.multiply(part).scale(sign));
                 }
             }
             sum

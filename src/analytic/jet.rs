@@ -159,8 +159,8 @@ impl<T: Number, const N: usize> Jet<T, N> {
         if N > 1 {
             let inverse = value.reciprocal();
             let mut power = inverse;
-            for k in 1..=Self::ORDER {
-                series[k] = power.scale(1.0 / k as f64);
+            for (k, coefficient) in series.iter_mut().enumerate().skip(1) {
+                *coefficient = power.scale(1.0 / k as f64);
                 power = power.multiply(inverse).scale(-1.0);
             }
         }
@@ -171,11 +171,12 @@ impl<T: Number, const N: usize> Jet<T, N> {
     pub(super) fn power(&self, exponent: f64) -> Self {
         let mut series = [self.value().power(exponent); MAX_ORDER + 1];
         let mut binomial = 1.0;
-        for k in 1..=Self::ORDER {
+        for (k, coefficient) in series.iter_mut().enumerate().take(Self::ORDER + 1).skip(1) {
             let left = exponent - k as f64;
             binomial *= (left + 1.0) / k as f64;
             // a power that ends has no terms beyond, not even 0 · infinity
-            series[k] = if binomial == 0.0 { T::of(0.0) } else { self.value().power(left).scale(binomial) };
+            *coefficient =
+                if binomial == 0.0 { T::of(0.0) } else { self.value().power(left).scale(binomial) };
         }
         self.compose(&series)
     }
@@ -197,7 +198,7 @@ impl<T: Number, const N: usize> Jet<T, N> {
         if exponent < 0 { power.reciprocal() } else { power }
     }
 
-    /// y' = 1 / (1 + x²), whose series w about x0 has (1 + x0²) w_k = -2 x0 w_(k-1) - w_(k-2).
+    /// y' = 1 / (1 + x²), whose series w about x0 has (1 + x0²) `w_k` = -2 x0 `w_(k-1)` - `w_(k-2)`.
     pub(super) fn atan(&self) -> Self {
         let x = self.value();
         let inverse = x.multiply(x).add(T::of(1.0)).reciprocal();

@@ -55,7 +55,7 @@ impl Number for f64 {
     }
 
     #[inline]
-    fn around(centre: f64, _reach: impl FnOnce() -> [f64; SIZES]) -> Self {
+    fn around(centre: Self, _reach: impl FnOnce() -> [Self; SIZES]) -> Self {
         centre
     }
 

@@ -98,9 +98,9 @@ impl Expansion {
             let mut plane = [[DVec4::ZERO; 5]; 5];
             for j in 0..=degree[1] {
                 let mut line = [DVec4::ZERO; 5];
-                for k in 0..=degree[2] {
+                for (k, along_z) in along[2].iter().enumerate().take(degree[2] + 1) {
                     let point = volume.homogeneous(cell[0] + i, cell[1] + j, cell[2] + k);
-                    for (sum, factor) in line.iter_mut().zip(along[2][k]).take(nz) {
+                    for (sum, &factor) in line.iter_mut().zip(along_z).take(nz) {
                         *sum += factor * point;
                     }
                 }

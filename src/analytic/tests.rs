@@ -126,67 +126,67 @@ fn plus(a: Point, b: Point) -> Point {
 const MIDDLE: &str = "((u-0.5)^2 + (v-0.5)^2)/0.09 - 1";
 const CORNER: &str = "((u-0.7)^2 + (v-0.6)^2)/0.04 - 1";
 
-fn cases() -> Vec<Case> {
-    let center = DVec3::new(0.3, 0.2, 0.1);
+const H: [[f64; 3]; 3] = [[0.3, 0.2, 0.0], [0.0, -0.4, 0.25], [0.1, 0.0, 0.5]];
+
+fn operator_frame() -> (DVec3, DMat3) {
     let axes = DMat3::from_cols(
         DVec3::new(1.0, 0.2, 0.0).normalize(),
         DVec3::new(0.0, 1.0, 0.3).normalize(),
         DVec3::new(0.5, 0.0, 1.0).normalize(),
     );
-    let h = [[0.3, 0.2, 0.0], [0.0, -0.4, 0.25], [0.1, 0.0, 0.5]];
-    let epsilon = region(MIDDLE, 2, h).epsilon;
-    let operator = Step::Extension(Extension::new(
-        ExtensionMode::Operator { center, axes },
-        vec![region(MIDDLE, 2, h), region(CORNER, 3, h)],
-    ));
-    let plain_operator = move |point: Point, u: Complex, v: Complex| {
-        let mut local =
-            apply(&axes.inverse(), [point[0] - center.x, point[1] - center.y, point[2] - center.z]);
-        // the last region is applied first
-        for (disc, n) in [(disc(u, v, [0.7, 0.6, 0.2]), 3), (disc(u, v, [0.5, 0.5, 0.3]), 2)] {
-            let change: Point = std::array::from_fn(|i| {
-                (0..3)
-                    .map(|j| {
-                        let sign = if i == j { 1.0 } else { epsilon[i][j] };
-                        sign * growth(disc, h[i][j], n) * local[j]
-                    })
-                    .sum()
-            });
-            local = plus(local, change);
-        }
-        plus(apply(&axes, local), [center.x, center.y, center.z].map(Complex::from))
-    };
-    let mut noise = Noise(11);
-    let volume = random_volume(&mut noise, [2, 3, 2], [4, 5, 4], 0.2, false);
-    let weighted = random_volume(&mut noise, [3, 2, 2], [5, 4, 4], 0.15, true);
-    let [first, second] = [volume.clone(), weighted.clone()];
+    (DVec3::new(0.3, 0.2, 0.1), axes)
+}
+
+fn operator() -> Step {
+    let (center, axes) = operator_frame();
+    let regions = vec![region(MIDDLE, 2, H), region(CORNER, 3, H)];
+    Step::Extension(Extension::new(ExtensionMode::Operator { center, axes }, regions))
+}
+
+fn plain_operator(point: Point, u: Complex, v: Complex) -> Point {
+    let (center, axes) = operator_frame();
+    let epsilon = region(MIDDLE, 2, H).epsilon;
+    let mut local = apply(&axes.inverse(), [point[0] - center.x, point[1] - center.y, point[2] - center.z]);
+    // the last region is applied first
+    for (disc, n) in [(disc(u, v, [0.7, 0.6, 0.2]), 3), (disc(u, v, [0.5, 0.5, 0.3]), 2)] {
+        let change: Point = std::array::from_fn(|i| {
+            (0..3)
+                .map(|j| {
+                    let sign = if i == j { 1.0 } else { epsilon[i][j] };
+                    sign * growth(disc, H[i][j], n) * local[j]
+                })
+                .sum()
+        });
+        local = plus(local, change);
+    }
+    plus(apply(&axes, local), [center.x, center.y, center.z].map(Complex::from))
+}
+
+fn cases() -> Vec<Case> {
+    [extensions(), volumes()].into_iter().flatten().collect()
+}
+
+fn extensions() -> Vec<Case> {
     let of_centers = [DVec3::new(0.5, 0.4, 0.0), DVec3::new(0.2, 0.9, 0.3)];
     let radial = [(MIDDLE, of_centers[0], -0.4, 3), (CORNER, of_centers[1], 0.3, 2)];
     let radial_regions =
         radial.map(|(bound, center, h, n)| Region { center, ..region(bound, n, diagonal(h)) });
-    let field = ["u - 0.2".to_owned(), "v*u".to_owned(), "1 + sin(3*v)".to_owned()];
-    let field = Box::new(field.map(|text| expression(&text)));
+    let field = ["u - 0.2", "v*u", "1 + sin(3*v)"];
+    let field = Box::new(field.map(expression));
     let factor = Some(expression("exp(-(u^2+v^2)/2)"));
-    let sheets = [sheet(false), sheet(true)];
-    let [smooth, rational] = sheets;
-    let base = |patch: &BezierPatch| {
-        let patch = patch.clone();
-        move |u, v| plain_patch(&patch, u, v)
-    };
-    let (a, b, c, d, e) = (base(&smooth), base(&smooth), base(&rational), base(&rational), base(&smooth));
     vec![
         Case {
             name: "operator, two regions",
-            base: smooth.clone(),
-            steps: vec![operator.clone()],
-            plain: Box::new(move |u, v| plain_operator(a(u, v), u, v)),
+            base: sheet(false),
+            steps: vec![operator()],
+            plain: Box::new(move |u, v| plain_operator(plain_patch(&sheet(false), u, v), u, v)),
         },
         Case {
             name: "radial, two centers",
-            base: smooth.clone(),
+            base: sheet(false),
             steps: vec![Step::Extension(Extension::new(ExtensionMode::Radial, radial_regions.to_vec()))],
             plain: Box::new(move |u, v| {
-                let point = b(u, v);
+                let point = plain_patch(&sheet(false), u, v);
                 let parts = [(disc(u, v, [0.5, 0.5, 0.3]), 0), (disc(u, v, [0.7, 0.6, 0.2]), 1)];
                 parts.into_iter().fold(point, |sum, (disc, k)| {
                     let (_, center, h, n) = radial[k];
@@ -197,7 +197,7 @@ fn cases() -> Vec<Case> {
         },
         Case {
             name: "field of expressions, factor",
-            base: rational.clone(),
+            base: sheet(true),
             steps: vec![Step::Extension(Extension::new(
                 ExtensionMode::Field(Field::Expressions(field)),
                 vec![Region { factor, ..region(MIDDLE, 4, diagonal(0.7)) }],
@@ -208,20 +208,33 @@ fn cases() -> Vec<Case> {
                 let phi = disc(u, v, [0.5, 0.5, 0.3]);
                 let exponent = 0.7 * (-(u * u + v * v) / 2.0).exp() * phi.powu(4);
                 let growth = if phi.re <= 0.0 { exponent.exp() - 1.0 } else { Complex::ZERO };
-                plus(c(u, v), along.map(|part| growth * part / length))
+                plus(plain_patch(&sheet(true), u, v), along.map(|part| growth * part / length))
+            }),
+        },
+    ]
+}
+
+fn volumes() -> Vec<Case> {
+    let mut noise = Noise(11);
+    let volume = random_volume(&mut noise, [2, 3, 2], [4, 5, 4], 0.2, false);
+    let weighted = random_volume(&mut noise, [3, 2, 2], [5, 4, 4], 0.15, true);
+    let (large, large_weighted) = (around(&volume), around(&weighted));
+    vec![
+        Case {
+            name: "two volumes, one rational, on a rational patch",
+            base: sheet(true),
+            steps: vec![Step::Volume(volume.clone()), Step::Volume(large_weighted.clone())],
+            plain: Box::new(move |u, v| {
+                plain_volume(&large_weighted, plain_volume(&volume, plain_patch(&sheet(true), u, v)))
             }),
         },
         Case {
-            name: "two volumes, one rational, on a rational patch",
-            base: rational,
-            steps: vec![Step::Volume(SplineVolume::clone(&volume)), Step::Volume(around(&weighted))],
-            plain: Box::new(move |u, v| plain_volume(&around(&second), plain_volume(&first, d(u, v)))),
-        },
-        Case {
             name: "volume after operator",
-            base: smooth,
-            steps: vec![operator, Step::Volume(around(&volume))],
-            plain: Box::new(move |u, v| plain_volume(&around(&volume), plain_operator(e(u, v), u, v))),
+            base: sheet(false),
+            steps: vec![operator(), Step::Volume(large.clone())],
+            plain: Box::new(move |u, v| {
+                plain_volume(&large, plain_operator(plain_patch(&sheet(false), u, v), u, v))
+            }),
         },
     ]
 }

@@ -341,8 +341,8 @@ fn polished(
         let across = ray.direction.cross(offset).reject_from(ray.direction);
         let inverse = 1.0 / normal.dot(ray.direction);
         let step = DVec2::new(-point.dp_dt.dot(across), point.dp_ds.dot(across)) * inverse;
-        // so written, NaN is too far
-        if !(step.abs().max_element() <= MOST_POLISHED) {
+        let length = step.abs().max_element();
+        if length.is_nan() || length > MOST_POLISHED {
             break;
         }
         (hit.st, hit.t) = (hit.st + step, normal.dot(offset) * inverse);

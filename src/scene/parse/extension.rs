@@ -70,8 +70,7 @@ fn read_axes(table: &Table<'_>) -> Option<DMat3> {
     };
     let [x, y, z]: [DVec3; 3] = axes;
     let axes = DMat3::from_cols(x, y, z);
-    // so written, NaN is dependent
-    if !(axes.determinant().abs() > LEAST_VOLUME) {
+    if axes.determinant().abs() <= LEAST_VOLUME {
         let message =
             "axes are dependent: they lie in one plane, so that no point has coordinates along them";
         table.report_value("axes", message.to_owned());
