@@ -54,6 +54,11 @@ impl ExactSurface for Cell {
         self.scaled(self.formula.eval(self.base(st), &mut Listed::new(&self.piece.choices)))
     }
 
+    fn position(&self, st: DVec2) -> DVec3 {
+        let steps = self.formula.steps();
+        self.formula.position(self.base(st), steps, &mut Listed::new(&self.piece.choices))
+    }
+
     fn eval_whole(&self, st: DVec2) -> PatchPoint {
         self.scaled(self.formula.eval(self.base(st), &mut ByValue))
     }

@@ -17,6 +17,9 @@ use super::taylor::{deformed, on_patch};
 /// Deformations that follow a normal or tangents of the surface, at most, in one chain: each takes one order of derivatives.
 pub const MAX_FIELDS: usize = MAX_ORDER - 1;
 
+/// Roundings that a step's coordinates go through, about.
+const ROUNDINGS: f64 = 16.0;
+
 /// One deformation.
 #[derive(Clone, Debug)]
 pub enum Step {
@@ -128,6 +131,18 @@ impl Formula {
             2 => self.at::<_, 6>(st, steps, choose).map(|x| x.value()),
             _ => self.at::<_, 10>(st, steps, choose).map(|x| x.value()),
         }
+    }
+
+    /// Estimate of the rounding of a point whose coordinates are no greater than `magnitude`.
+    pub(super) fn rounding(&self, magnitude: f64) -> f64 {
+        let growth: f64 = self.chain.steps[self.done..]
+            .iter()
+            .map(|step| match step {
+                Step::Volume(_) => magnitude,
+                Step::Extension(extension) => extension.largest_term(magnitude),
+            })
+            .sum();
+        ROUNDINGS * f64::EPSILON * growth
     }
 
     /// Partial derivatives before a step.

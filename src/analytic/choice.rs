@@ -4,8 +4,10 @@
 //! analytic, also beyond its own borders. An evaluation asks for its pieces one after the other; what they are asked of says
 //! whether the answer comes from the numbers at hand or from a list.
 
+use std::ops::Range;
+
 use crate::patch::Overlap;
-use crate::spline::{Cell, KnotVector, SplineVolume};
+use crate::spline::{Cell, SplineVolume};
 
 use super::disc::Disc;
 use super::jet::{Jet, Point};
@@ -52,13 +54,44 @@ fn cell(volume: &SplineVolume, choice: Choice) -> Option<Cell> {
     Some([flat / (ny * nz), flat / nz % ny, flat % nz])
 }
 
+/// A place no farther outside a volume than this is inside, in the outermost knot boxes: a surface in a face of the volume's
+/// box must not fall apart by its rounding. In the units of its parameters, of which it is the size's rounding by some
+/// thousand operations.
+fn border(volume: &SplineVolume) -> f64 {
+    let [low, high] = volume.bounds();
+    4096.0 * f64::EPSILON * (high - low).max_element().max(low.abs().max(high.abs()).max_element())
+}
+
+fn domain(volume: &SplineVolume, axis: usize) -> [f64; 2] {
+    let ends = volume.axes()[axis].breakpoints();
+    [ends[0], ends[ends.len() - 1]]
+}
+
+/// An interval of an axis; outermost ones reach beyond the ends.
+fn interval(volume: &SplineVolume, axis: usize, index: usize) -> [f64; 2] {
+    let ends = volume.axes()[axis].breakpoints();
+    let start = if index == 0 { ends[0] - border(volume) } else { ends[index] };
+    let end = if index + 2 == ends.len() { ends[index + 1] + border(volume) } else { ends[index + 1] };
+    [start, end]
+}
+
 /// By the numbers themselves.
 #[derive(Debug, Default)]
 pub(super) struct ByValue;
 
 impl Choose<f64> for ByValue {
     fn cell<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<f64, N>) -> Option<Cell> {
-        volume.cell(place.each_ref().map(Jet::value).into())
+        let mut inside = [0.0; 3];
+        for axis in 0..3 {
+            let [start, end] = domain(volume, axis);
+            let value = place[axis].value();
+            inside[axis] = value.clamp(start, end);
+            // so written, NaN is outside
+            if (value - inside[axis]).abs() > border(volume) || value.is_nan() {
+                return None;
+            }
+        }
+        volume.cell(inside.into())
     }
 
     fn is_positive<const N: usize>(&mut self, x: &Jet<f64, N>) -> bool {
@@ -112,7 +145,7 @@ impl<T> Choose<T> for Listed<'_> {
             return None;
         }
         let bound = bound(self);
-        <Self as Choose<T>>::is_positive(self, &bound).then_some(bound)
+        <Self as Choose<T>>::is_positive(self, &bound.scale(-1.0)).then_some(bound)
     }
 }
 
@@ -173,21 +206,18 @@ impl Choose<f64> for Margins<'_> {
     fn cell<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<f64, N>) -> Option<Cell> {
         let chosen = cell(volume, self.listed.next());
         if self.is_open() {
-            let bounds = volume.bounds();
+            let inside = |cell: Cell| (0..3).map(move |axis| (axis, interval(volume, axis, cell[axis])));
             match chosen {
+                // so written, NaN is outside
                 Some(cell) => {
-                    for axis in 0..3 {
-                        let ends = interval(&volume.axes()[axis], cell[axis]);
-                        // so written, NaN is outside
-                        self.inside &= self.depth(&place[axis], ends) >= 0.0;
-                    }
+                    self.inside &= inside(cell).all(|(axis, ends)| self.depth(&place[axis], ends) >= 0.0);
                 }
                 None => {
-                    let outside = |axis: usize| {
-                        let ends = [bounds[0][axis], bounds[1][axis]];
-                        self.depth(&place[axis], ends) - 2.0 * self.slack(&place[axis]) <= 0.0
-                    };
-                    self.inside &= (0..3).any(outside);
+                    self.inside &= (0..3).any(|axis| {
+                        let [start, end] = domain(volume, axis);
+                        let beyond = [start - border(volume), end + border(volume)];
+                        self.depth(&place[axis], beyond) < 2.0 * self.slack(&place[axis])
+                    });
                 }
             }
         }
@@ -216,10 +246,6 @@ impl Choose<f64> for Margins<'_> {
         let bound = bound(self);
         self.is_positive(&bound.scale(-1.0)).then_some(bound)
     }
-}
-
-fn interval(knots: &KnotVector, index: usize) -> [f64; 2] {
-    [knots.breakpoints()[index], knots.breakpoints()[index + 1]]
 }
 
 /// All pieces that real numbers of a rectangle can be in: the answers so far come from a list, those after it from discs.
@@ -259,7 +285,7 @@ impl Possible {
 impl Choose<Disc> for Possible {
     fn cell<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<Disc, N>) -> Option<Cell> {
         let chosen = self.answer(|| {
-            let ranges: [_; 3] = std::array::from_fn(|axis| range(&volume.axes()[axis], place[axis].value()));
+            let ranges: [_; 3] = std::array::from_fn(|axis| range(volume, axis, place[axis].value()));
             let mut all = Vec::new();
             for i in ranges[0].0.clone() {
                 for j in ranges[1].0.clone() {
@@ -295,18 +321,21 @@ impl Choose<Disc> for Possible {
 }
 
 /// The intervals of an axis that real numbers of a disc can be in, and whether they can be outside all.
-fn range(knots: &KnotVector, x: Disc) -> (std::ops::Range<usize>, bool) {
+fn range(volume: &SplineVolume, axis: usize, x: Disc) -> (Range<usize>, bool) {
     let (low, high) = (x.centre() - x.reach()[0], x.centre() + x.reach()[0]);
-    let ends = knots.breakpoints();
-    let last = ends.len() - 1;
-    // so written, NaN may be anywhere
-    let beyond = !(low >= ends[0] && high <= ends[last]);
-    if high < ends[0] || low > ends[last] {
+    let last = volume.axes()[axis].intervals() - 1;
+    let ([start, _], [_, end]) = (interval(volume, axis, 0), interval(volume, axis, last));
+    if high < start || low > end {
         return (0..0, true);
     }
-    let first = ends.partition_point(|&end| end <= low).clamp(1, last) - 1;
-    let after = if high.is_finite() { ends.partition_point(|&end| end <= high).clamp(1, last) } else { last };
-    (if low.is_finite() { first } else { 0 }..after, beyond)
+    let reached = |index: &usize| {
+        let [start, end] = interval(volume, axis, *index);
+        // so written, NaN may be anywhere
+        !(high < start || low > end)
+    };
+    let first = (0..=last).find(reached).unwrap_or(0);
+    let after = (0..=last).rev().find(reached).map_or(0, |index| index + 1);
+    (first..after, !(low >= start && high <= end))
 }
 
 /// A piece of a formula: its answers, and which of them other numbers of the rectangle would give differently.

@@ -13,12 +13,12 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::math::polygon::{self, Side};
-use crate::patch::{BezierPatch, Overlap, TrimBuilder, TrimRegion, TrimmedPatch};
+use crate::patch::{BezierPatch, Overlap, TrimBuilder, TrimLoop, TrimRegion, TrimmedPatch};
 use crate::spline::SplineVolume;
 
 use super::cell::{Cell, overlap, rectangle};
 use super::chain::{Chain, Formula, Step};
-use super::choice::{ByValue, Listed, Piece, Possible, pieces};
+use super::choice::{ByValue, Listed, Margins, Piece, pieces};
 use super::disc::Disc;
 use super::interpolate::{Interpolant, interpolate, interpolation_error, lebesgue};
 use super::number::{Number, SIZES};
@@ -34,8 +34,9 @@ const MAX_COMPOSED_DEGREE: usize = 9;
 /// borders between cells. A tenth of it needs a third more cells.
 const ACCURACY: f64 = 1e-11;
 
-/// Radii of discs around a rectangle, in parts of its half sides: large ones for small rectangles.
-const REACHES: [f64; 7] = [1.8, 3.0, 4.5, 6.5, 10.0, 18.0, 50.0];
+/// Radii of discs around a rectangle, in parts of its half sides: large ones for small rectangles, the largest for polynomials,
+/// so that they keep their own degrees.
+const REACHES: [f64; 8] = [1.8, 3.0, 4.5, 6.5, 10.0, 18.0, 50.0, 1e13];
 
 /// A rectangle in which several pieces meet is no larger than this, in parts of the object's size.
 const LARGEST_SHARED: f64 = 0.05;
@@ -72,6 +73,12 @@ pub enum CoverError {
         /// Where.
         place: DVec2,
     },
+    /// The surface has too much detail.
+    #[error("more than {MAX_CELLS} cells would be needed, up to u = {0}, v = {1}: the surface has too many waves, or a curve along which an expression is not smooth", place.x, place.y)]
+    TooMany {
+        /// How far they came.
+        place: DVec2,
+    },
     /// No bounds were found.
     #[error("about u = {0}, v = {1} the surface is not smooth enough to be bounded: an expression has a singular point or curve there", place.x, place.y)]
     Unbounded {
@@ -85,7 +92,7 @@ impl CoverError {
     pub const fn step(&self) -> Option<usize> {
         match self {
             Self::NotFinite { step, .. } | Self::NoNormal { step, .. } => Some(*step),
-            Self::Unbounded { .. } => None,
+            Self::TooMany { .. } | Self::Unbounded { .. } => None,
         }
     }
 }
@@ -208,7 +215,8 @@ fn cover_patch(
         cells: Vec::new(),
         knot_boxes,
     };
-    cover.split([DVec2::ZERO, DVec2::ONE], [0, 0])?;
+    let parts: Vec<_> = cover.base.trim.loops().iter().map(|l| LoopPart::of(&cover.base.trim, l)).collect();
+    cover.split([DVec2::ZERO, DVec2::ONE], [0, 0], &parts)?;
     Ok(Covered { patches: cover.cells, knot_boxes: cover.knot_boxes })
 }
 
@@ -258,8 +266,18 @@ enum Fit {
 }
 
 impl Cover {
-    fn split(&mut self, rectangle: [DVec2; 2], halvings: [u32; 2]) -> Result<(), CoverError> {
-        let Some(trim) = clipped(&self.base.trim, rectangle) else { return Ok(()) };
+    /// Covers a rectangle, of which parts are given that hold the trim's.
+    fn split(
+        &mut self,
+        rectangle: [DVec2; 2],
+        halvings: [u32; 2],
+        parts: &[LoopPart],
+    ) -> Result<(), CoverError> {
+        let parts: Vec<_> = parts.iter().filter_map(|part| part.clipped(rectangle)).collect();
+        if parts.is_empty() {
+            return Ok(());
+        }
+        let trim = &local_trim(&parts, rectangle);
         let discs = discs(rectangle);
         let steps = self.formula.steps();
         let mut axis = usize::from(halvings[1] < halvings[0]);
@@ -267,8 +285,10 @@ impl Cover {
             self.formula.range(discs, steps, possible);
         });
         // far from its own border a piece may be steep, and rays would look there for nothing
-        let found =
-            found.filter(|found| found.len() == 1 || self.extent(discs) <= LARGEST_SHARED * self.size);
+        let found = found.filter(|found| {
+            found.len() == 1
+                || found.iter().all(|piece| self.extent(piece, discs) <= LARGEST_SHARED * self.size)
+        });
         if let Some(found) = found {
             let mut fits = Vec::new();
             for piece in &found {
@@ -286,11 +306,7 @@ impl Cover {
                     if found.len() == 1 || self.occurs(piece, rectangle, SEARCH_HALVINGS) {
                         let [low, high] = rectangle;
                         let (formula, piece) = (self.formula.clone(), piece.clone());
-                        self.push(
-                            Cell { formula, low, size: high - low, piece, error, leads },
-                            degree,
-                            &trim,
-                        );
+                        self.push(Cell { formula, low, size: high - low, piece, error, leads }, degree, trim);
                         leads = false;
                     }
                 }
@@ -300,25 +316,27 @@ impl Cover {
         let [low, high] = rectangle;
         let middle = 0.5 * (low + high);
         if self.cells.len() >= MAX_CELLS {
-            return Err(fault(&self.formula, middle));
+            let place = self.formula.frame.point(middle).truncate();
+            return Err(CoverError::TooMany { place });
         }
         if halvings[axis] == MAX_HALVINGS {
             axis = 1 - axis;
         }
         if halvings[axis] == MAX_HALVINGS {
-            return self.push_point(rectangle, &trim);
+            return self.push_point(rectangle, trim);
         }
         let mut halvings = halvings;
         halvings[axis] += 1;
         let (mut first, mut second) = (high, low);
         (first[axis], second[axis]) = (middle[axis], middle[axis]);
-        self.split([low, first], halvings)?;
-        self.split([second, high], halvings)
+        self.split([low, first], halvings, &parts)?;
+        self.split([second, high], halvings, &parts)
     }
 
-    /// Greatest distance of a rectangle's points, of all pieces, from the one in the middle, in any coordinate.
-    fn extent(&self, rectangle: [Disc; 2]) -> f64 {
-        radius(&self.formula.range(rectangle, self.formula.steps(), &mut Possible::default()), 0)
+    /// Greatest distance of points of a piece over a rectangle from the one in the middle, in any coordinate.
+    fn extent(&self, piece: &Piece, rectangle: [Disc; 2]) -> f64 {
+        let listed = &mut Listed::new(&piece.choices);
+        radius(&self.formula.range(rectangle, self.formula.steps(), listed), 0)
     }
 
     /// The least degrees that are accurate, by the discs from the second on.
@@ -399,16 +417,21 @@ impl Cover {
     fn push_point(&mut self, [low, high]: [DVec2; 2], trim: &TrimRegion) -> Result<(), CoverError> {
         let middle = 0.5 * (low + high);
         let formula = self.formula.clone();
-        let radius = self.extent(discs([low, high]));
-        if radius > POINT * self.size {
+        let rectangle = discs([low, high]);
+        let found = pieces(|possible| {
+            formula.range(rectangle, formula.steps(), possible);
+        });
+        let found = found.ok_or_else(|| fault(&formula, middle))?;
+        let holds = |piece: &&Piece| {
+            let mut margins = Margins::new(&piece.choices, &piece.open, [0.0; 2]);
+            formula.eval(middle, &mut margins);
+            margins.inside
+        };
+        let piece = found.iter().find(holds).unwrap_or(&found[0]).clone();
+        let radius = found.iter().map(|piece| self.extent(piece, rectangle)).fold(0.0, f64::max);
+        if radius > POINT * self.size || !radius.is_finite() {
             return Err(fault(&formula, middle));
         }
-        let piece = pieces(|possible| {
-            formula.range(discs([low, high]), formula.steps(), possible);
-        });
-        let Some(piece) = piece.and_then(|found| found.into_iter().next()) else {
-            return Err(fault(&formula, middle));
-        };
         let piece = Piece { open: piece.open.iter().map(|_| false).collect(), ..piece };
         let cell =
             Cell { formula: formula.clone(), low, size: high - low, piece, error: 4.0 * radius, leads: true };
@@ -430,7 +453,7 @@ impl Cover {
         (control_points, rounding): (Vec<DVec4>, f64),
         trim: &TrimRegion,
     ) {
-        cell.error += rounding;
+        cell.error += rounding + self.formula.rounding(magnitude(&control_points));
         let middle = cell.low + 0.5 * cell.size;
         for (step, knot_box) in cell.formula.knot_boxes(&mut Listed::new(&cell.piece.choices), middle) {
             if knot_box.is_some() || !cell.piece.open.contains(&true) || self.is_outside(&cell, step) {
@@ -443,6 +466,11 @@ impl Cover {
         let exact = (self.boundary_error, Some(Arc::new(cell) as Arc<_>));
         self.cells.push(self.base.replaced(frame, patch, trim.clone(), exact));
     }
+}
+
+/// The greatest coordinate of control points of weight 1.
+fn magnitude(control_points: &[DVec4]) -> f64 {
+    control_points.iter().fold(0.0, |most, point| most.max(point.truncate().abs().max_element()))
 }
 
 /// The greatest radius of three coordinates' discs of one number.
@@ -465,24 +493,38 @@ fn discs(of: [DVec2; 2]) -> [Disc; 2] {
 
 const _: () = assert!(2 * REACHES.len() < SIZES);
 
-/// What of a trim is in a rectangle, in the rectangle's own unit square; `None` if nothing is.
-fn clipped(trim: &TrimRegion, [low, high]: [DVec2; 2]) -> Option<TrimRegion> {
-    let mut builder = TrimBuilder::default();
-    let mut kept = Vec::new();
-    let mut any = false;
-    for trim_loop in trim.loops() {
-        let mut corners = trim.corners(trim_loop).to_vec();
+/// What of a loop is in a rectangle.
+struct LoopPart {
+    polygon: u32,
+    face: u32,
+    corners: Vec<DVec2>,
+}
+
+impl LoopPart {
+    fn of(trim: &TrimRegion, trim_loop: &TrimLoop) -> Self {
+        Self { polygon: trim_loop.polygon, face: trim_loop.face, corners: trim.corners(trim_loop).to_vec() }
+    }
+
+    /// What of it is in a rectangle, if that has an area.
+    fn clipped(&self, [low, high]: [DVec2; 2]) -> Option<Self> {
+        let (mut corners, mut kept) = (self.corners.clone(), Vec::new());
         for axis in 0..2 {
             for (value, side) in [(low[axis], Side::Above), (high[axis], Side::Below)] {
                 polygon::clip(&corners, axis, value, side, &mut kept);
                 std::mem::swap(&mut corners, &mut kept);
             }
         }
-        if corners.len() >= 3 && polygon::doubled_area(&corners) > 0.0 {
-            any = true;
-            let local = corners.iter().map(|&st| ((st - low) / (high - low)).clamp(DVec2::ZERO, DVec2::ONE));
-            builder.push(trim_loop.polygon, trim_loop.face, local);
-        }
+        let has_area = corners.len() >= 3 && polygon::doubled_area(&corners) > 0.0;
+        has_area.then_some(Self { corners, ..*self })
     }
-    any.then(|| builder.finish())
+}
+
+/// The trim of parts in a rectangle, whose unit square it is in.
+fn local_trim(parts: &[LoopPart], [low, high]: [DVec2; 2]) -> TrimRegion {
+    let mut builder = TrimBuilder::default();
+    for part in parts {
+        let local = part.corners.iter().map(|&st| ((st - low) / (high - low)).clamp(DVec2::ZERO, DVec2::ONE));
+        builder.push(part.polygon, part.face, local);
+    }
+    builder.finish()
 }

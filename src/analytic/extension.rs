@@ -100,6 +100,19 @@ impl Extension {
         matches!(self.mode, ExtensionMode::Field(Field::Normal | Field::TangentU | Field::TangentV))
     }
 
+    /// How large numbers become on the way to coordinates no greater than `magnitude`.
+    pub(super) fn largest_term(&self, magnitude: f64) -> f64 {
+        let size = |matrix: &DMat3| (0..3).map(|row| matrix.row(row).abs().element_sum()).fold(0.0, f64::max);
+        let centers = self.regions.iter().map(|region| region.center.abs().max_element());
+        match &self.mode {
+            ExtensionMode::Operator { center, axes } => {
+                (magnitude + center.abs().max_element()) * size(axes) * size(&self.inverse)
+            }
+            ExtensionMode::Radial => magnitude + centers.fold(0.0, f64::max),
+            ExtensionMode::Field(_) => magnitude,
+        }
+    }
+
     /// The deformed point.
     pub(super) fn apply<T: Number, const N: usize>(
         &self,
@@ -206,11 +219,11 @@ impl Field {
     ) -> Point<T, N> {
         match self {
             Self::Normal => {
-                let [by_u, by_v] = derivatives(point);
+                let [by_u, by_v] = derivatives(point, uv);
                 unit(&cross(&by_u, &by_v))
             }
-            Self::TangentU => unit(&derivatives(point)[0]),
-            Self::TangentV => unit(&derivatives(point)[1]),
+            Self::TangentU => unit(&derivatives(point, uv)[0]),
+            Self::TangentV => unit(&derivatives(point, uv)[1]),
             Self::Constant(vector) => {
                 let vector = vector.normalize();
                 std::array::from_fn(|axis| Jet::of(T::of(vector[axis])))
@@ -223,10 +236,17 @@ impl Field {
     }
 }
 
-/// ∂p/∂s and ∂p/∂t, which have the directions of ∂p/∂u and ∂p/∂v.
-fn derivatives<T: Number, const N: usize>(point: &Point<T, N>) -> [Point<T, N>; 2] {
+/// Vectors along ∂p/∂u and ∂p/∂v: the frame that takes (s, t) to (u, v) need not be along them.
+fn derivatives<T: Number, const N: usize>(point: &Point<T, N>, uv: &[Jet<T, N>; 2]) -> [Point<T, N>; 2] {
     let partials = point.each_ref().map(Jet::partials);
-    [0, 1].map(|k| [partials[0][k], partials[1][k], partials[2][k]])
+    let [by_s, by_t] = [0, 1].map(|k| partials.map(|partials| partials[k]));
+    // u and v are linear in s and t
+    let [u, v] = uv.each_ref().map(|parameter| [1, 2].map(|k| parameter.coefficients[k].centre()));
+    let sign = (u[0] * v[1] - u[1] * v[0]).signum();
+    let combined = |a: f64, b: f64| {
+        std::array::from_fn(|axis| by_s[axis].scale(sign * a).add(&by_t[axis].scale(sign * b)))
+    };
+    [combined(v[1], -v[0]), combined(-u[1], u[0])]
 }
 
 fn transformed<T: Number, const N: usize>(matrix: &DMat3, vector: &Point<T, N>) -> Point<T, N> {

@@ -1,7 +1,7 @@
 //! What formulas are evaluated over: numbers, or discs of complex numbers.
 
 /// Sizes of discs that are carried side by side: see [`Disc`](super::disc::Disc).
-pub(super) const SIZES: usize = 16;
+pub(super) const SIZES: usize = 17;
 
 /// Highest order of derivatives that a formula is evaluated with.
 pub(super) const MAX_ORDER: usize = 4;

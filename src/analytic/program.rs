@@ -5,8 +5,8 @@ use super::expression::{Function, Node};
 use super::jet::Jet;
 use super::number::Number;
 
-/// Greatest whole exponent that is taken by multiplications.
-const MAX_WHOLE: f64 = 64.0;
+/// Greatest whole exponent that is taken by multiplications, a few for each of its digits.
+const MAX_WHOLE: f64 = 1e9;
 
 /// What happens to the numbers on top of the stack.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,7 +100,7 @@ impl Program {
 }
 
 /// Adds the operations of a tree; returns how high they raise the stack.
-#[expect(clippy::cast_possible_truncation, reason = "a whole number of at most two digits")]
+#[expect(clippy::cast_possible_truncation, reason = "a whole number of at most ten digits")]
 fn append(node: &Node, operations: &mut Vec<Operation>) -> usize {
     let (height, operation) = match node {
         Node::Number(value) => (1, Operation::Number(*value)),

@@ -375,6 +375,31 @@ fn fields_of_the_surface_are_its_normal_and_tangents() {
 }
 
 #[test]
+fn tangents_follow_u_and_v_in_any_frame() {
+    // a patch whose s runs against v and whose t runs along u
+    let plane = |st: DVec2| DVec3::new(st.y, 0.0, 1.0 - st.x);
+    let corners = [DVec2::ZERO, DVec2::Y, DVec2::X, DVec2::ONE].map(|st| plane(st).extend(1.0));
+    let base = TrimmedPatch::untrimmed(
+        Frame { origin: DVec3::Y, s: DVec3::NEG_Y, t: DVec3::X },
+        BezierPatch::new([1, 1], corners.to_vec()),
+    );
+    for (field, along) in
+        [(Field::TangentU, DVec3::X), (Field::TangentV, DVec3::Z), (Field::Normal, DVec3::NEG_Y)]
+    {
+        let extension =
+            Extension::new(ExtensionMode::Field(field.clone()), vec![region("-1", 2, diagonal(0.5))]);
+        let chain = Arc::new(Chain::new(vec![Step::Extension(extension)]));
+        let covered = cover(std::slice::from_ref(&base), &chain, CoverSettings::default()).unwrap();
+        for patch in &covered.patches {
+            let st = DVec2::new(0.3, 0.6);
+            let uv = patch.frame.point(st);
+            let want = DVec3::new(uv.x, 0.0, uv.y) + libm::expm1(0.5) * along;
+            assert!(patch.eval(st).position.distance(want) < 1e-14, "{field:?}");
+        }
+    }
+}
+
+#[test]
 fn contact_is_of_the_order_of_the_index() {
     let base = sheet(false);
     for n in 2..=5 {

@@ -24,7 +24,10 @@ pub trait ExactSurface: Send + Sync + std::fmt::Debug {
     /// Point and partial derivatives, also a little outside the borders.
     fn eval(&self, st: DVec2) -> PatchPoint;
 
-    /// The same of the whole surface: beyond a curved border, of what is there.
+    /// The point alone.
+    fn position(&self, st: DVec2) -> DVec3;
+
+    /// Point and partial derivatives of the whole surface: beyond a curved border, of what is there.
     fn eval_whole(&self, st: DVec2) -> PatchPoint;
 
     /// Whether of all surfaces that share a unit square, with curved borders between them, this is the first.

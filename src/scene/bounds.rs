@@ -70,8 +70,9 @@ fn farthest(patches: &[TrimmedPatch], axis: DVec3, slack: f64) -> f64 {
     let mut examined = 0;
     while let Some(Candidate { reach, patch, low, high }) = waiting.pop() {
         let middle = 0.5 * (low + high);
-        if patches[patch].trim.find(middle, DVec2::ZERO).is_some() {
-            reached = reached.max(axis.dot(patches[patch].patch.eval(middle).position));
+        let trimmed = &patches[patch];
+        if trimmed.trim.find(middle, DVec2::ZERO).is_some() && trimmed.holds(middle, DVec2::ZERO) {
+            reached = reached.max(axis.dot(trimmed.patch.eval(middle).position));
         }
         examined += 1;
         if reach <= reached + slack || examined == MAX_RECTANGLES {

@@ -57,7 +57,8 @@ pub enum TessellateError {
     Interrupted,
     /// It would be too large.
     #[error(
-        "more than {MAX_TRIANGLES} triangles would be needed; a larger tolerance or a lower level would do"
+        "more than {MAX_TRIANGLES} triangles would be needed; a larger tolerance or a lower level would do, \
+         but no tolerance does for a curved surface that the border of a lattice's box tears"
     )]
     TooMany,
     /// Halving edges does not help any more.

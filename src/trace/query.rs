@@ -66,8 +66,13 @@ pub(super) fn all<S: Simd>(simd: S, scene: &TracedScene, ray: &Ray, scratch: &mu
         }
         t_max
     });
-    hits.sort_by(|a, b| a.t.total_cmp(&b.t).then((a.object, a.patch).cmp(&(b.object, b.patch))));
+    sort(&mut hits);
     hits
+}
+
+/// Sorts hits along the ray.
+pub(super) fn sort(hits: &mut [PatchHit]) {
+    hits.sort_by(|a, b| a.t.total_cmp(&b.t).then((a.object, a.patch).cmp(&(b.object, b.patch))));
 }
 
 /// Whether there is a hit.

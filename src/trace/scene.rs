@@ -122,8 +122,8 @@ pub(super) struct Solver {
 /// Most steps from a patch's root to that of the surface it stands for.
 const MAX_POLISHING_STEPS: usize = 4;
 
-/// What the next step would move, in parts of the patch, below which it is not taken: about the square of the last one, over
-/// the sine of the angle between ray and surface.
+/// What the next step would move, in parts of the patch, below which it is not taken: about the last one times the whole way so
+/// far, over the sine of the angle between ray and surface.
 const LAST_POLISHED: f64 = 1e-13;
 
 /// A root farther than this from the patch's, in parts of the patch, is not the same one.
@@ -220,6 +220,7 @@ impl TracedScene {
             for hit in &mut hits {
                 *hit = self.on_surface(*hit, ray, &mut scratch.solver.statistics);
             }
+            query::sort(&mut hits);
             hits
         })
     }
@@ -282,8 +283,9 @@ impl TracedScene {
     /// The hit of a patch that stands for another surface, moved to that surface by Newton's method.
     #[inline]
     fn on_surface(&self, hit: PatchHit, ray: &Ray, statistics: &mut TraceStatistics) -> PatchHit {
-        match &self.objects[hit.object as usize].patches[hit.patch as usize].exact {
-            Some(exact) if !hit.tangent => polished(exact.as_ref(), hit, ray, statistics),
+        let trimmed = &self.objects[hit.object as usize].patches[hit.patch as usize];
+        match &trimmed.exact {
+            Some(exact) if !hit.tangent => polished(trimmed, exact.as_ref(), hit, ray, statistics),
             _ => hit,
         }
     }
@@ -324,37 +326,41 @@ impl TracedScene {
     }
 }
 
-/// A hit moved to the exact surface, which is within rounding of the patch: one step does, but for places where the ray is
-/// all but tangent.
+/// A hit moved to the exact surface by Newton's method, with the patch's derivatives, which are as near to its own as the
+/// patch is: one step does, but for places where the ray is all but tangent. Where the patch's root has none on the surface
+/// the hit stays, as a tangent one.
 fn polished(
+    trimmed: &TrimmedPatch,
     exact: &dyn ExactSurface,
-    mut hit: PatchHit,
+    hit: PatchHit,
     ray: &Ray,
     statistics: &mut TraceStatistics,
 ) -> PatchHit {
+    let PatchPoint { dp_ds, dp_dt, .. } = trimmed.patch.eval(hit.st);
+    let normal = dp_ds.cross(dp_dt);
+    let inverse = 1.0 / normal.dot(ray.direction);
+    let steep = normal.dot(ray.direction).abs() / (normal.length() * ray.direction.length());
+    let mut st = hit.st;
     for _ in 0..MAX_POLISHING_STEPS {
         statistics.newton_steps += 1;
-        let point = exact.eval(hit.st);
-        let offset = point.position - ray.origin;
-        let normal = point.dp_ds.cross(point.dp_dt);
+        let offset = exact.position(st) - ray.origin;
         // what of it is along the ray is rounding, which a grazing angle would turn into a step across the ray
         let across = ray.direction.cross(offset).reject_from(ray.direction);
-        let inverse = 1.0 / normal.dot(ray.direction);
-        let step = DVec2::new(-point.dp_dt.dot(across), point.dp_ds.dot(across)) * inverse;
+        let step = DVec2::new(-dp_dt.dot(across), dp_ds.dot(across)) * inverse;
         let length = step.abs().max_element();
         if length.is_nan() || length > MOST_POLISHED {
             break;
         }
-        (hit.st, hit.t) = (hit.st + step, normal.dot(offset) * inverse);
-        let steep = normal.dot(ray.direction).abs();
-        if step.length_squared() * normal.length() * ray.direction.length() <= LAST_POLISHED * steep {
-            return hit;
+        st += step;
+        if step.length() * (st - hit.st).length() <= LAST_POLISHED * steep {
+            let t = normal.dot(offset) * inverse;
+            // the ray's ends are no sharper than the patch
+            let t = if t > ray.t_min && t < ray.t_max { t } else { hit.t };
+            return PatchHit { st, t, ..hit };
         }
     }
-    // so nearly tangent that the patch's root has none on the surface
     statistics.not_converged += 1;
-    hit.tangent = true;
-    hit
+    PatchHit { tangent: true, ..hit }
 }
 
 /// Partial derivative of the position by the texture coordinate u, v fixed.

@@ -20,7 +20,7 @@ const POINT: &str = "a point [x, y, z] of finite numbers";
 const MAX_INDEX: i128 = 32;
 
 /// Three unit axes whose volume is below this are taken for dependent.
-const LEAST_VOLUME: f64 = 1e-6;
+const LEAST_VOLUME: f64 = 1e-4;
 
 /// Reads and checks a deformation.
 pub(super) fn read(mut table: Table<'_>) -> Option<Extension> {
@@ -31,16 +31,15 @@ pub(super) fn read(mut table: Table<'_>) -> Option<Extension> {
     if table.lacks("region") {
         table.report("an extension needs at least one [[object.deform.region]] with its bound".to_owned());
     }
-    let mode = mode?;
     for (key, of_mode, why) in [
         ("axes", "operator", "axes are those of mode = \"operator\""),
         ("field", "field", "a field is that of mode = \"field\""),
     ] {
-        if table.has(key) && mode != of_mode {
+        if let Some(mode) = mode.filter(|mode| table.has(key) && *mode != of_mode) {
             table.report_key(key, format!("{why}, not of mode = {mode:?}"));
         }
     }
-    if mode == "field" && table.has("center") {
+    if mode == Some("field") && table.has("center") {
         table.report_key("center", "mode = \"field\" has no center".to_owned());
     }
     let center = center.unwrap_or_default();
@@ -50,7 +49,7 @@ pub(super) fn read(mut table: Table<'_>) -> Option<Extension> {
         .into_iter()
         .filter_map(|region| read_region(region, mode, center))
         .collect();
-    let mode = match mode {
+    let mode = match mode? {
         "operator" => ExtensionMode::Operator { center, axes: read_axes(&table)? },
         "radial" => ExtensionMode::Radial,
         _ => ExtensionMode::Field(read_field(&table)?),
@@ -110,7 +109,7 @@ fn read_field(table: &Table<'_>) -> Option<Field> {
     Some(Field::Constant(vector))
 }
 
-fn read_region(mut table: Table<'_>, mode: &str, center: DVec3) -> Option<Region> {
+fn read_region(mut table: Table<'_>, mode: Option<&str>, center: DVec3) -> Option<Region> {
     table.check_keys(REGION_KEYS);
     let bound = expression(&table, "bound", true);
     let factor = expression(&table, "factor", false);
@@ -123,12 +122,20 @@ fn read_region(mut table: Table<'_>, mode: &str, center: DVec3) -> Option<Region
     let epsilon = table.optional("epsilon", "three rows of three signs, +1 or -1", |value| {
         value.array(|row| row.array(|sign| sign.number_where(|sign| sign.abs() == 1.0)))
     });
+    let is_off = |epsilon: &[[f64; 3]; 3]| (0..3).any(|i| epsilon[i][i] != 1.0);
+    if epsilon.as_ref().is_some_and(is_off) {
+        let message = "epsilon has the signs off the diagonal; on it they are 1 always";
+        table.report_value("epsilon", message.to_owned());
+    }
+    if mode == Some("radial") && table.has("epsilon") {
+        table.report_key("epsilon", "mode = \"radial\" has no epsilon".to_owned());
+    }
     let own = table.optional("center", POINT, Value::vector);
-    if mode != "radial" && table.has("center") {
+    if mode.is_some_and(|mode| mode != "radial") && table.has("center") {
         let message = "a region has a center of its own in mode = \"radial\" alone";
         table.report_key("center", message.to_owned());
     }
-    if let Some(h) = h.filter(|_| mode == "radial") {
+    if let Some(h) = h.filter(|_| mode == Some("radial")) {
         let alike = h[0][0] == h[1][1] && h[1][1] == h[2][2];
         let diagonal = (0..9).all(|k| k / 3 == k % 3 || h[k / 3][k % 3] == 0.0);
         if !alike || !diagonal {

@@ -71,6 +71,8 @@ impl ObjectLight {
                 let patch = EmittingPatch::new(trimmed);
                 patch.add_triangles(trimmed, index, &mut light.triangles);
                 light.patches.push(patch);
+            } else if let Some(shared) = light.patches.last_mut() {
+                shared.position_error = shared.position_error.max(surface_error(trimmed));
             }
             light.of_patch.push(index);
         }

@@ -8,8 +8,9 @@ use crate::analytic::{
     Chain, CoverSettings, Expression, Extension, ExtensionMode, Field, Region, Step, cover,
 };
 use crate::patch::{BezierPatch, TrimmedPatch};
+use crate::spline::{Axis, ControlLattice};
 use crate::subdivide::{Frame, FrameChoice};
-use crate::test_support::{Noise, ball_triangles, deform, random_volume, scene_of};
+use crate::test_support::{Noise, ball_triangles, cube_triangles, deform, random_volume, scene_of};
 use crate::trace::{Ray, TracedScene};
 
 fn region(bound: &str, index: u32, h: f64) -> Region {
@@ -173,4 +174,30 @@ fn packets_find_the_bits_of_single_rays_on_cells() {
         }
         assert!(found > 50, "{name}: {found}");
     }
+}
+
+#[test]
+fn a_surface_in_a_face_of_a_lattices_box_is_there_once() {
+    // coordinates of the face are off by their rounding, to both sides
+    let mut lattice = ControlLattice::identity([2; 3], [4; 3], [DVec3::ZERO, DVec3::ONE], 0).unwrap();
+    lattice.twist(Axis::Z, 50.0);
+    let twisted = lattice.volume().unwrap();
+    let cube = deform(&cube_triangles(), Some(&twisted), FrameChoice::Parallelogram);
+    let bounds = [DVec3::new(-1.0, -1.0, 0.0), DVec3::new(2.0, 2.0, 1.0)];
+    let mut lattice = ControlLattice::identity([2; 3], [4; 3], bounds, 0).unwrap();
+    lattice.bend(Axis::Z, 40.0, "x".parse().unwrap());
+    let bent = lattice.volume().unwrap();
+    let covered =
+        cover(&cube, &Arc::new(Chain::new(vec![Step::Volume(bent)])), CoverSettings::default()).unwrap();
+    let scene = scene_of(covered.patches);
+    let mut noise = Noise(53);
+    let mut through = 0;
+    for _ in 0..4000 {
+        let target = DVec3::splat(0.5) + 0.8 * noise.vector();
+        let direction = noise.unit_vector();
+        let hits = scene.all(&Ray::new(target - 4.0 * direction, direction));
+        assert_eq!(hits.len() % 2, 0, "{target} along {direction}: {hits:?}");
+        through += usize::from(!hits.is_empty());
+    }
+    assert!(through > 2000, "{through}");
 }
