@@ -197,6 +197,11 @@ fn a_surface_in_a_face_of_a_lattices_box_is_there_once() {
         let direction = noise.unit_vector();
         let hits = scene.all(&Ray::new(target - 4.0 * direction, direction));
         assert_eq!(hits.len() % 2, 0, "{target} along {direction}: {hits:?}");
+        for hit in &hits {
+            let patch = &scene.objects()[0].patches[hit.patch as usize];
+            let apart = patch.eval(hit.st).position.distance(patch.eval_whole(hit.st).position);
+            assert!(apart < 1e-12, "{hit:?} is {apart:e} from the surface");
+        }
         through += usize::from(!hits.is_empty());
     }
     assert!(through > 2000, "{through}");
