@@ -356,6 +356,8 @@ impl Cover {
         let along_t = (1..=MAX_CELL_DEGREE).find(|&degree| error(1, degree) <= accuracy);
         match (along_s, along_t) {
             (Some(m), Some(n)) => {
+                // all but the same degrees are evaluated faster if they are the same
+                let [m, n] = if m.abs_diff(n) == 1 { [m.max(n); 2] } else { [m, n] };
                 // in each of three coordinates
                 let error = error(0, m) + lebesgue(m) * error(1, n);
                 Fit::Degrees([m, n], 3_f64.sqrt() * error)

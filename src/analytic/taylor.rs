@@ -246,6 +246,10 @@ fn linear<T: Number, const N: usize, const ARGUMENTS: usize>(
 pub(super) fn on_patch<T: Number, const N: usize>(patch: &BezierPatch, st: &[Jet<T, N>; 2]) -> Point<T, N> {
     let [s, t] = st.each_ref().map(|parameter| parameter.value().centre());
     if is_linear::<T, N>() {
+        if N == 1 {
+            let (position, _) = patch.homogeneous(DVec2::new(s, t));
+            return position.to_array().map(|x| Jet::of(T::of(x)));
+        }
         let point = patch.eval(DVec2::new(s, t));
         return linear(point.position, [point.dp_ds, point.dp_dt], st);
     }
@@ -261,6 +265,10 @@ pub(super) fn deformed<T: Number, const N: usize>(
 ) -> Point<T, N> {
     let at = DVec3::from_array(place.each_ref().map(|coordinate| coordinate.value().centre()));
     if is_linear::<T, N>() {
+        if N == 1 {
+            let point = volume.homogeneous_in_cell(cell, at);
+            return (point.truncate() / point.w).to_array().map(|x| Jet::of(T::of(x)));
+        }
         let point = volume.eval_in_cell(cell, at);
         let DMat3 { x_axis, y_axis, z_axis } = point.jacobian;
         return linear(point.position, [x_axis, y_axis, z_axis], place);

@@ -197,11 +197,32 @@ impl BezierPatch {
     /// The point and its weight.
     pub(crate) fn homogeneous(&self, st: DVec2) -> (DVec3, f64) {
         if self.rational {
-            let value = DVec4::from_array(self.sums::<RATIONAL>(st)[0]);
+            let value = DVec4::from_array(self.value::<RATIONAL>(st));
             (value.truncate() / value.w, value.w)
         } else {
-            (self.sums::<POLYNOMIAL>(st)[0].into(), 1.0)
+            (self.value::<POLYNOMIAL>(st).into(), 1.0)
         }
+    }
+
+    /// The homogeneous point alone, to the bits of [`Self::sums`].
+    #[inline]
+    fn value<const STRIDE: usize>(&self, st: DVec2) -> [f64; STRIDE] {
+        let [m, n] = self.degree();
+        let along_s = basis::<MAX_ORDER, f64>(m, st.x).value;
+        let along_t = basis::<MAX_ORDER, f64>(n, st.y).value;
+        let mut sum = [0.0; STRIDE];
+        for (row, along_s) in self.points::<STRIDE>().chunks_exact(n + 1).zip(along_s) {
+            let mut of_row = [0.0; STRIDE];
+            for (point, along_t) in row.iter().zip(along_t) {
+                for k in 0..STRIDE {
+                    of_row[k] += along_t * point[k];
+                }
+            }
+            for k in 0..STRIDE {
+                sum[k] += along_s * of_row[k];
+            }
+        }
+        sum
     }
 
     /// The homogeneous point and its partials.

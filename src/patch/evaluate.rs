@@ -1,7 +1,7 @@
 //! Fast twins of [`BezierPatch::eval`]: one point by vectors of coordinates, eight points side by side.
 //!
 //! Each adds up the same products in the same order as the plain one, so all give the same bits. Degrees that volumes of
-//! degree 1 to 4 give are compiled apart, others run through loops of their length.
+//! degree 1 to 4 give, and those of most cells, are compiled apart, others run through loops of their length.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
@@ -45,9 +45,13 @@ impl BezierPatch {
             [6, 3] => work.run::<7, 4>(),
             [4, 4] => work.run::<5, 5>(),
             [4, 6] => work.run::<5, 7>(),
+            [5, 5] => work.run::<6, 6>(),
             [6, 6] => work.run::<7, 7>(),
             [6, 9] => work.run::<7, 10>(),
+            [7, 7] => work.run::<8, 8>(),
             [8, 8] => work.run::<9, 9>(),
+            [9, 9] => work.run::<10, 10>(),
+            [10, 10] => work.run::<11, 11>(),
             [8, 12] => work.run::<9, 13>(),
             _ => work.run::<MAX_ORDER, MAX_ORDER>(),
         }

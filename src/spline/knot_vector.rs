@@ -169,6 +169,28 @@ impl KnotVector {
         basis
     }
 
+    /// Basis functions of an interval's polynomial piece at any real parameter, by their Bernstein form: without the divisions of
+    /// [`Self::basis_with_derivatives`].
+    pub(crate) fn basis(&self, interval: usize, parameter: f64) -> LocalBasis {
+        let k = self.degree;
+        let (start, end) = (self.knots[interval + k], self.knots[interval + k + 1]);
+        let part = (parameter - start) / (end - start);
+        let mut falling = [1.0; MAX_VOLUME_ORDER];
+        for i in 1..=k {
+            falling[i] = falling[i - 1] * (1.0 - part);
+        }
+        let mut basis = [0.0; MAX_VOLUME_ORDER];
+        let mut rising = 1.0;
+        for (i, row) in self.bernstein_rows(interval).iter().enumerate().take(k + 1) {
+            let product = rising * falling[k - i];
+            for (sum, factor) in basis.iter_mut().zip(row) {
+                *sum += factor * product;
+            }
+            rising *= part;
+        }
+        basis
+    }
+
     /// Basis functions of an interval's polynomial piece and their derivatives, at any real parameter.
     pub(crate) fn basis_with_derivatives(&self, interval: usize, parameter: f64) -> (LocalBasis, LocalBasis) {
         let (k, span) = (self.degree, interval + self.degree);

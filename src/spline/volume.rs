@@ -186,7 +186,20 @@ impl SplineVolume {
 
     /// The homogeneous value (w x, w y, w z, w) of one knot box' piece, at any real parameters.
     pub(crate) fn homogeneous_in_cell(&self, cell: Cell, parameters: DVec3) -> DVec4 {
-        self.sums_in_cell(cell, parameters)[0]
+        let p = parameters.to_array();
+        let [nu, nv, nw]: [_; 3] = std::array::from_fn(|axis| self.axes[axis].basis(cell[axis], p[axis]));
+        let [ku, kv, kw] = self.degree();
+        let (columns, depth) = (self.axes[1].points(), self.axes[2].points());
+        let mut sum = DVec4::ZERO;
+        for (i, nu) in nu.iter().enumerate().take(ku + 1) {
+            for (j, nv) in nv.iter().enumerate().take(kv + 1) {
+                let start = ((cell[0] + i) * columns + cell[1] + j) * depth + cell[2];
+                let row = &self.homogeneous[start..=start + kw];
+                let of_row = row.iter().zip(nw).fold(DVec4::ZERO, |sum, (point, nw)| sum + nw * *point);
+                sum += nu * nv * of_row;
+            }
+        }
+        sum
     }
 
     /// Homogeneous value and partials of one knot box' piece.

@@ -2,10 +2,10 @@
 
 use std::cell::RefCell;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec2, DVec3};
 
-use crate::patch::{ExactSurface, PatchPoint, TrimmedPatch};
+use crate::patch::{BezierPatch, ExactSurface, OrderWork, PatchPoint, TrimmedPatch};
 use crate::spline::Cell;
 
 use super::bvh::{Bvh, Stack};
@@ -285,7 +285,11 @@ impl TracedScene {
     fn on_surface(&self, hit: PatchHit, ray: &Ray, statistics: &mut TraceStatistics) -> PatchHit {
         let trimmed = &self.objects[hit.object as usize].patches[hit.patch as usize];
         match &trimmed.exact {
-            Some(exact) if !hit.tangent => polished(trimmed, exact.as_ref(), hit, ray, statistics),
+            Some(exact) if !hit.tangent => {
+                let (patch, st) = (&trimmed.patch, hit.st);
+                let point = dispatch!(self.level, simd => patch.with_orders(PointAt { simd, patch, st }));
+                polished(&point, exact.as_ref(), hit, ray, statistics)
+            }
             _ => hit,
         }
     }
@@ -326,17 +330,36 @@ impl TracedScene {
     }
 }
 
+/// A patch's point.
+struct PointAt<'a, S> {
+    simd: S,
+    patch: &'a BezierPatch,
+    st: DVec2,
+}
+
+impl<S: Simd> OrderWork for PointAt<'_, S> {
+    type Output = PatchPoint;
+
+    #[inline(always)]
+    fn run<const M: usize, const N: usize>(self) -> PatchPoint {
+        let Self { simd, patch, st } = self;
+        simd.vectorize(
+            #[inline(always)]
+            || patch.eval_one::<M, N, S>(simd, st),
+        )
+    }
+}
+
 /// A hit moved to the exact surface by Newton's method, with the patch's derivatives, which are as near to its own as the
 /// patch is: one step does, but for places where the ray is all but tangent. Where the patch's root has none on the surface
 /// the hit stays, as a tangent one.
 fn polished(
-    trimmed: &TrimmedPatch,
+    &PatchPoint { dp_ds, dp_dt, .. }: &PatchPoint,
     exact: &dyn ExactSurface,
     hit: PatchHit,
     ray: &Ray,
     statistics: &mut TraceStatistics,
 ) -> PatchHit {
-    let PatchPoint { dp_ds, dp_dt, .. } = trimmed.patch.eval(hit.st);
     let normal = dp_ds.cross(dp_dt);
     let inverse = 1.0 / normal.dot(ray.direction);
     let steep = normal.dot(ray.direction).abs() / (normal.length() * ray.direction.length());
