@@ -36,7 +36,7 @@ const ACCURACY: f64 = 1e-11;
 
 /// Radii of discs around a rectangle, in parts of its half sides: large ones for small rectangles, the largest for polynomials,
 /// so that they keep their own degrees.
-const REACHES: [f64; 8] = [1.8, 3.0, 4.5, 6.5, 10.0, 18.0, 50.0, 1e13];
+const REACHES: [f64; 8] = [2.6, 4.2, 6.5, 10.0, 18.0, 50.0, 200.0, 1e13];
 
 /// A rectangle in which several pieces meet is no larger than this, in parts of the object's size.
 const LARGEST_SHARED: f64 = 0.05;
