@@ -21,9 +21,12 @@ use crate::trace::{TracedObject, TracedScene, VertexAttributes};
 
 use super::attributes::{CarriedNormals, PolygonAttributes};
 use super::deformed::{BuiltLattice, Deformed, Deforming, Undeformed};
-use super::description::{LightDescription, Method, ObjectDescription, ObjectShape, SceneDescription};
+use super::description::{
+    DeformDescription, LightDescription, Method, ObjectDescription, ObjectShape, SceneDescription,
+};
 use super::diagnostic::{Diagnostic, Location, SceneError};
 use super::pointwise::{Pointwise, deform_pointwise};
+use super::self_intersection::self_intersection;
 use super::surface_object::{SurfaceObject, surface_object};
 
 /// A scene ready to trace and render.
@@ -104,8 +107,28 @@ impl SceneDescription {
         let started = Instant::now();
         let traced = TracedScene::new(traced);
         times.build = started.elapsed();
+        self.warn_of_self_intersections(&traced, &mut objects);
         let camera = self.camera.unwrap_or_else(|| framing_camera(&traced));
         Ok(BuiltScene { traced, objects, materials, lights, light_settings, camera, times })
+    }
+
+    /// Adds a warning for each surface that extension functions may have driven through itself.
+    fn warn_of_self_intersections(&self, traced: &TracedScene, built: &mut [BuiltObject]) {
+        for (index, (object, built)) in self.objects.iter().zip(built).enumerate() {
+            let is_extended =
+                object.deform.iter().any(|deform| matches!(deform.value, DeformDescription::Extension(_)));
+            let ObjectShape::Surface(surface) = &object.shape else { continue };
+            if !is_extended {
+                continue;
+            }
+            let found = self_intersection(traced, index, surface.value.domain());
+            built.warnings.extend(found.map(|[first, second]| {
+                format!(
+                    "the surface may intersect itself: about u = {:.4}, v = {:.4} it meets its part about u = {:.4}, v = {:.4}",
+                    first.x, first.y, second.x, second.y
+                )
+            }));
+        }
     }
 
     /// The material of each object; pictures are read once for each material that the scene lists.

@@ -13,6 +13,7 @@ mod names;
 mod parse;
 mod pointwise;
 mod reader;
+mod self_intersection;
 mod source;
 mod surface_object;
 mod transform;

@@ -101,4 +101,56 @@ mod tests {
         }
         assert!(hits > 1000);
     }
+
+    fn warnings(surface: &str, deform: &str) -> Vec<String> {
+        let scene = format!(
+            "[[object]]\nname = \"a\"\nsurface = {surface}\n[[object.deform]]\ntype = \"extension\"\n{deform}"
+        );
+        let built = parse_scene_str(&scene, "a.toml".as_ref()).unwrap().build().unwrap();
+        built.objects[0].warnings.clone()
+    }
+
+    #[test]
+    fn surfaces_that_run_through_themselves_are_warned_of() {
+        // a trough, one wall of which is pushed along x, through the other if far enough
+        let trough = "{ type = \"bezier\", degree = [2, 1], points = [[-0.5,0,1],[-0.5,1,1],[0,0,-1],[0,1,-1],[0.5,0,1],[0.5,1,1]] }";
+        let pushed = |h: f64| {
+            let region = "[[object.deform.region]]\nbound = \"((u-0.2)^2+(v-0.5)^2)/0.03 - 1\"\nindex = 2\n";
+            warnings(trough, &format!("mode = \"field\"\nfield = [1, 0, 0]\n{region}h = {h}\n"))
+        };
+        assert_eq!(pushed(0.2), Vec::<String>::new());
+        let found = pushed(0.8);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].starts_with("the surface may intersect itself: about u = "), "{found:?}");
+        let torus = "{ type = \"torus\", major_radius = 1, minor_radius = 0.4 }";
+        let swollen =
+            "mode = \"field\"\nfield = \"normal\"\n[[object.deform.region]]\nbound = \"-1\"\nindex = 2\n";
+        assert_eq!(warnings(torus, &format!("{swollen}h = 0.2\n")), Vec::<String>::new());
+        assert_eq!(
+            warnings(torus, &format!("{swollen}h = 0.6\n")).len(),
+            1,
+            "the tube is wider than the hole"
+        );
+    }
+
+    #[test]
+    fn empty_regions_and_vanishing_determinants_are_warned_of() {
+        let plane = "{ type = \"plane\", origin = [0,0,1], u = [1,0,0], v = [0,1,0] }";
+        let region = |bound: &str, h: &str| {
+            let region = format!("[[object.deform.region]]\nbound = \"{bound}\"\nindex = 2\nh = {h}\n");
+            warnings(plane, &format!("mode = \"operator\"\n{region}"))
+        };
+        let none = Vec::<String>::new();
+        assert_eq!(region("(u-0.5)^2 + (v-0.5)^2 - 0.1", "2"), none);
+        for empty in ["1 + cos(pi*(u-v))", "u + v + 1", "(u-0.5)^2 + (v-0.5)^2 + 1e-9"] {
+            let found = region(empty, "[0, 0, 1]");
+            assert!(found.len() == 1 && found[0].contains("region 1 is empty"), "{empty}: {found:?}");
+        }
+        assert_eq!(region("-(1 + cos(pi*(u-v)))", "[0, 0, 1]"), none);
+        // det D = E11 E22 - (E12 - 1) (E21 - 1)
+        let shear = "[[0, 1.5, 0], [1.5, 0, 0], [0, 0, 0]]";
+        let found = region("-1", shear);
+        assert!(found.iter().any(|warning| warning.contains("det D is 0 or negative")), "{found:?}");
+        assert_eq!(region("-1", "[[0, 0.5, 0], [0.5, 0, 0], [0, 0, 0]]"), none);
+    }
 }
