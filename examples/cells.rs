@@ -11,7 +11,9 @@ use rayon::prelude::*;
 use trimray::scene::parse_scene;
 use trimray::trace::{PatchHit, Ray, TracedScene, closest_hit_by_subdivision};
 
-const POINTS: u64 = 16_000_000;
+/// Patches of which points are checked, and how many of each.
+const PATCHES: u64 = 200_000;
+const POINTS_OF_PATCH: u64 = 100;
 const PLANTED: u64 = 100_000;
 const BRUTE_FORCE: u64 = 1_000;
 /// Width of borders in subdivision, in parts of a patch.
@@ -62,34 +64,42 @@ fn index(part: f64, count: usize) -> usize {
 /// Numbers of checks made and failed, and a greatest value.
 type Tally = (u64, u64, f64);
 
-fn tally(count: u64, check: impl Fn(&mut Random) -> Option<(bool, f64)> + Sync) -> Tally {
+fn tally(count: u64, check: impl Fn(&mut Random) -> (u64, bool, f64) + Sync) -> Tally {
     let chunk = |first: u64| {
         let mut random = Random(first.wrapping_mul(0x2545_f491_4f6c_dd1d));
-        (0..CHUNK)
-            .filter_map(|_| check(&mut random))
-            .fold((0, 0, 0.0_f64), |(made, failed, worst), (good, value)| {
-                (made + 1, failed + u64::from(!good), worst.max(value))
-            })
+        let add = |(made, failed, worst): Tally, (count, good, value): (u64, bool, f64)| {
+            (made + count, failed + u64::from(!good), worst.max(value))
+        };
+        (0..CHUNK).map(|_| check(&mut random)).fold((0, 0, 0.0), add)
     };
     let sum = |a: Tally, b: Tally| (a.0 + b.0, a.1 + b.1, a.2.max(b.2));
     (0..count / CHUNK).into_par_iter().map(chunk).reduce(|| (0, 0, 0.0), sum)
 }
 
-/// Whether a point is in its cell's box, and its distance from the patch in parts of what is proven.
-fn point(scene: &TracedScene, random: &mut Random) -> Option<(bool, f64)> {
-    let (object, patch, st) = random.place(scene)?;
-    let trimmed = &scene.objects()[object as usize].patches[patch as usize];
-    let exact = trimmed.exact.as_ref()?;
-    let point = exact.position(st);
-    let [low, high] = trimmed.patch.hull_bounds();
-    let error = exact.error();
-    let inside = point.cmpge(low - error).all() && point.cmple(high + error).all();
-    let part = trimmed.patch.eval(st).position.distance(point) / error;
-    Some((inside && part <= 1.0, part))
+/// Whether points of a patch are in its cell's box, and their greatest distance from the patch in parts of what is proven;
+/// with how many there were.
+fn points(scene: &TracedScene, random: &mut Random) -> (u64, bool, f64) {
+    let object = index(random.next(), scene.objects().len());
+    let patches = &scene.objects()[object].patches;
+    let trimmed = &patches[index(random.next(), patches.len())];
+    let Some(exact) = &trimmed.exact else { return (0, true, 0.0) };
+    let ([low, high], error) = (trimmed.patch.hull_bounds(), exact.error());
+    let (mut count, mut good, mut worst) = (0, true, 0.0_f64);
+    for _ in 0..POINTS_OF_PATCH {
+        let st = DVec2::new(random.next(), random.next());
+        if !exact.holds(st, DVec2::ZERO) {
+            continue;
+        }
+        let point = exact.position(st);
+        let part = trimmed.patch.eval(st).position.distance(point) / error;
+        let inside = point.cmpge(low - error).all() && point.cmple(high + error).all();
+        (count, good, worst) = (count + 1, good && inside && part <= 1.0, worst.max(part));
+    }
+    (count, good, worst)
 }
 
 /// Whether a planted ray finds its point, and how far the hit is off, in parts of what its angle allows.
-fn planted(scene: &TracedScene, diagonal: f64, random: &mut Random) -> Option<(bool, f64)> {
+fn planted(scene: &TracedScene, diagonal: f64, random: &mut Random) -> Option<(u64, bool, f64)> {
     let (object, patch, st) = random.place(scene)?;
     let trimmed = &scene.objects()[object as usize].patches[patch as usize];
     let point = trimmed.eval(st);
@@ -110,11 +120,11 @@ fn planted(scene: &TracedScene, diagonal: f64, random: &mut Random) -> Option<(b
     };
     let nearest = scene.all(&ray).iter().map(distance).fold(f64::INFINITY, f64::min);
     let off = nearest * steep / diagonal;
-    Some((off < 1e-12, off))
+    Some((1, off < 1e-12, off))
 }
 
 /// Whether a ray's nearest hit is that of subdivision, and how far apart they are, in parts of the diagonal.
-fn compared(scene: &TracedScene, [low, high]: [DVec3; 2], random: &mut Random) -> (bool, f64) {
+fn compared(scene: &TracedScene, [low, high]: [DVec3; 2], random: &mut Random) -> (u64, bool, f64) {
     let diagonal = (high - low).length();
     let part = DVec3::new(random.next(), random.next(), random.next());
     let direction = random.direction();
@@ -122,11 +132,11 @@ fn compared(scene: &TracedScene, [low, high]: [DVec3; 2], random: &mut Random) -
     let found = scene.closest(&ray).map_or(f64::INFINITY, |hit| hit.t);
     let other = closest_hit_by_subdivision(scene, &ray, BORDER);
     if found == other {
-        return (true, 0.0);
+        return (1, true, 0.0);
     }
     // subdivision finds the patch, which is as far from the surface as proven, over the sine of the angle along the ray
     let apart = (found - other).abs() / diagonal;
-    (apart < 1e-7, apart)
+    (1, apart < 1e-7, apart)
 }
 
 fn main() -> ExitCode {
@@ -143,11 +153,12 @@ fn main() -> ExitCode {
         let scene = &built.traced;
         let bounds = scene.bounds();
         let diagonal = (bounds[1] - bounds[0]).length();
-        let (points, outside, part) = tally(POINTS, |random| point(scene, random));
-        let (rays, lost, off) = tally(PLANTED, |random| planted(scene, diagonal, random));
-        let (compared, differ, apart) = tally(BRUTE_FORCE, |random| Some(compared(scene, bounds, random)));
+        let (count, outside, part) = tally(PATCHES, |random| points(scene, random));
+        let (rays, lost, off) =
+            tally(PLANTED, |random| planted(scene, diagonal, random).unwrap_or((0, true, 0.0)));
+        let (compared, differ, apart) = tally(BRUTE_FORCE, |random| compared(scene, bounds, random));
         println!(
-            "{name}: {points} points, {outside} outside of what is proven ({part:.3} of it at most); {rays} planted rays, {lost} lost, \
+            "{name}: {count} points, {outside} outside of what is proven ({part:.3} of it at most); {rays} planted rays, {lost} lost, \
              {off:.1e} off; {compared} rays by subdivision, {differ} differ, {apart:.1e} apart"
         );
         good &= outside == 0 && lost == 0 && differ == 0;
