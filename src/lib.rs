@@ -8,6 +8,7 @@
 //! 2. [`spline`]: knot vectors, the control lattice and its edits, the volume
 //! 3. [`subdivide`]: polygons cut at the knot planes, coplanar pieces grouped, each group in an affine frame
 //! 4. [`patch`]: the volume composed with the frame: Bézier patches with trims
+//!    [`surface`]: parametric surfaces as patches; [`analytic`]: extension functions and chains of deformations, as cells
 //! 5. [`trace`]: rays against patches: acceleration structure, Bézier clipping, Newton's method
 //! 6. [`film`], [`shade`], [`render`]: from hits to a picture
 //! 7. [`scene`]: scene files; [`tessellate`], [`export`]: the exact patches or triangles for other programs; [`cli`]: the

@@ -75,8 +75,12 @@ impl ExactSurface for Cell {
         self.error
     }
 
+    fn has_borders(&self) -> bool {
+        self.piece.open.contains(&true)
+    }
+
     fn holds(&self, st: DVec2, tolerance: DVec2) -> bool {
-        if !self.piece.open.contains(&true) {
+        if !self.has_borders() {
             return true;
         }
         let mut margins =
@@ -86,7 +90,7 @@ impl ExactSurface for Cell {
     }
 
     fn overlap(&self, low: DVec2, high: DVec2) -> Overlap {
-        if !self.piece.open.contains(&true) {
+        if !self.has_borders() {
             return Overlap::Whole;
         }
         overlap(&self.formula, &self.piece, rectangle([self.base(low), self.base(high)], [[1.0; SIZES]; 2]))

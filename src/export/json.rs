@@ -38,6 +38,12 @@ struct Patch {
     control_points: Vec<[f64; 4]>,
     frame: FrameVectors,
     trim: Vec<Loop>,
+    /// Of a patch that stands for another surface: how far it may be from that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    certified_error: Option<f64>,
+    /// Whether it has borders that are curves, which the loops do not show.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    curved_borders: Option<bool>,
 }
 
 #[derive(Debug, Serialize)]
@@ -106,6 +112,8 @@ fn patch(trimmed: &TrimmedPatch) -> Patch {
                 corners: trimmed.trim.corners(l).iter().map(|corner| corner.to_array()).collect(),
             })
             .collect(),
+        certified_error: trimmed.exact.as_ref().map(|exact| exact.error()),
+        curved_borders: trimmed.exact.as_ref().map(|exact| exact.has_borders()),
     }
 }
 

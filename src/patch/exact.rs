@@ -39,6 +39,9 @@ pub trait ExactSurface: Send + Sync + std::fmt::Debug {
     /// Proven bound of the patch's distance, less roundings of the evaluation of both.
     fn error(&self) -> f64;
 
+    /// Whether it has curved borders.
+    fn has_borders(&self) -> bool;
+
     /// Whether a place that may be off by `tolerance` is inside the curved borders.
     fn holds(&self, st: DVec2, tolerance: DVec2) -> bool;
 
