@@ -164,3 +164,43 @@ fn bad_rays() {
     at.write("rays.npy", "");
     trace(&["rays.npy", "not a .npy file"]);
 }
+
+#[test]
+fn extensions_without_values_or_bounds() {
+    let at = TestFolder::new();
+    let scene = |mode: &str, bound: &str, h: &str| {
+        format!(
+            "[[object]]\nname = \"a\"\nsurface = {{ type = \"sphere\", radius = 1 }}\n[[object.deform]]\n\
+             type = \"extension\"\n{mode}\n[[object.deform.region]]\nbound = \"{bound}\"\nindex = 2\nh = {h}\n"
+        )
+    };
+    let operator = "mode = \"operator\"";
+    let vanishing = "mode = \"field\"\nfield = [\"u-0.5\", \"v-0.5\", \"0\"]";
+    for (mode, bound, h, message) in [
+        (
+            "mode = \"field\"\nfield = \"normal\"",
+            "-1",
+            "0.3",
+            "4:1: object \"a\": at u = 0, v = 0 the surface has no normal",
+        ),
+        (
+            operator,
+            "(u-0.5)^2 + (v-0.5)^2 - 1",
+            "2000",
+            "the point is not finite: the exponent h phi^n is too large",
+        ),
+        (operator, "ln(u-0.5)", "1", "or an expression has no value"),
+        (operator, "sqrt(u) - 0.5", "0.2", "the surface is not smooth enough to be bounded"),
+        (vanishing, "-1", "0.2", "at u = 0.5, v = 0.5 the point is not finite"),
+        (operator, "u + w", "1", "8:9: bound \"u + w\", column 5: unknown name \"w\""),
+    ] {
+        at.write("a.toml", scene(mode, bound, h));
+        at.refuse(&["info", "a.toml"], &[message]);
+    }
+    // a point where it is not smooth is covered
+    at.write("a.toml", scene(operator, "sqrt((u-0.5)^2+(v-0.5)^2) - 0.3", "2"));
+    at.succeed(&["info", "a.toml"]);
+    at.write("a.toml", scene(operator, "1 + cos(pi*u)", "1"));
+    let run = at.succeed(&["export", "a.toml", "-o", "x.json"]);
+    assert!(run.stderr.contains("region 1 is empty"), "{}", run.stderr);
+}
