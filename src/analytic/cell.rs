@@ -79,14 +79,18 @@ impl ExactSurface for Cell {
         self.piece.open.contains(&true)
     }
 
-    fn holds(&self, st: DVec2, tolerance: DVec2) -> bool {
+    fn sides(&self, st: DVec2, tolerance: DVec2) -> [bool; 2] {
         if !self.has_borders() {
-            return true;
+            return [true; 2];
         }
         let mut margins =
             Margins::new(&self.piece.choices, &self.piece.open, (tolerance * self.size).to_array());
-        self.formula.eval(self.base(st), &mut margins);
-        margins.inside
+        if self.piece.open_by_place {
+            self.formula.eval(self.base(st), &mut margins);
+        } else {
+            self.formula.ask(self.base(st), &mut margins);
+        }
+        [margins.inside, margins.strictly]
     }
 
     fn overlap(&self, low: DVec2, high: DVec2) -> Overlap {

@@ -118,6 +118,11 @@ impl Formula {
         }
     }
 
+    /// Asks for all pieces; derivatives of places are missing what fields take, those of parameters are not.
+    pub(super) fn ask(&self, st: DVec2, choose: &mut impl Choose<f64>) {
+        self.at::<_, 3>(st.to_array(), self.chain.steps.len(), choose);
+    }
+
     /// The point after some of the steps.
     pub(super) fn position(&self, st: DVec2, steps: usize, choose: &mut impl Choose<f64>) -> DVec3 {
         DVec3::from_array(self.range(st.to_array(), steps, choose))

@@ -178,11 +178,13 @@ pub(super) struct Margins<'a> {
     tolerance: [f64; 2],
     /// Whether the place is inside all borders, or no farther outside than the tolerance.
     pub(super) inside: bool,
+    /// Whether it is inside all of them without tolerance.
+    pub(super) strictly: bool,
 }
 
 impl<'a> Margins<'a> {
     pub(super) fn new(choices: &'a [Choice], open: &'a [bool], tolerance: [f64; 2]) -> Self {
-        Self { listed: Listed::new(choices), open: open.iter(), tolerance, inside: true }
+        Self { listed: Listed::new(choices), open: open.iter(), tolerance, inside: true, strictly: true }
     }
 
     fn is_open(&mut self) -> bool {
@@ -210,14 +212,20 @@ impl Choose<f64> for Margins<'_> {
             match chosen {
                 // so written, NaN is outside
                 Some(cell) => {
-                    self.inside &= inside(cell).all(|(axis, ends)| self.depth(&place[axis], ends) >= 0.0);
+                    let depths = inside(cell)
+                        .map(|(axis, ends)| (self.depth(&place[axis], ends), self.slack(&place[axis])));
+                    let depths: Vec<_> = depths.collect();
+                    self.inside &= depths.iter().all(|(depth, _)| *depth >= 0.0);
+                    self.strictly &= depths.iter().all(|(depth, slack)| depth - slack >= 0.0);
                 }
                 None => {
-                    self.inside &= (0..3).any(|axis| {
+                    let outside = (0..3).any(|axis| {
                         let [start, end] = domain(volume, axis);
                         let beyond = [start - border(volume), end + border(volume)];
                         self.depth(&place[axis], beyond) < 2.0 * self.slack(&place[axis])
                     });
+                    self.inside &= outside;
+                    self.strictly &= outside;
                 }
             }
         }
@@ -229,6 +237,7 @@ impl Choose<f64> for Margins<'_> {
         if self.is_open() {
             let inward = if positive { x.value() } else { -x.value() };
             self.inside &= inward + self.slack(x) >= 0.0;
+            self.strictly &= inward >= 0.0;
         }
         positive
     }
@@ -248,11 +257,21 @@ impl Choose<f64> for Margins<'_> {
     }
 }
 
+/// A question.
+#[derive(Debug)]
+struct Asked {
+    chosen: Choice,
+    /// All answers that are possible.
+    all: Vec<Choice>,
+    /// Whether it is about a place in a volume.
+    by_place: bool,
+}
+
 /// All pieces that real numbers of a rectangle can be in: the answers so far come from a list, those after it from discs.
 #[derive(Debug, Default)]
 pub(super) struct Possible {
     /// The first answer of each question, with the others that are possible.
-    asked: Vec<(Choice, Vec<Choice>)>,
+    asked: Vec<Asked>,
     /// Answers that are given.
     given: Vec<Choice>,
 }
@@ -265,26 +284,26 @@ impl Possible {
 
     /// How the answers given are among those possible.
     pub(super) fn overlap(&self) -> Overlap {
-        if self.asked.iter().any(|(chosen, all)| !all.contains(chosen)) {
+        if self.asked.iter().any(|asked| !asked.all.contains(&asked.chosen)) {
             Overlap::None
-        } else if self.asked.iter().all(|(_, all)| all.len() == 1) {
+        } else if self.asked.iter().all(|asked| asked.all.len() == 1) {
             Overlap::Whole
         } else {
             Overlap::Partial
         }
     }
 
-    fn answer(&mut self, possible: impl FnOnce() -> Vec<Choice>) -> Choice {
+    fn answer(&mut self, by_place: bool, possible: impl FnOnce() -> Vec<Choice>) -> Choice {
         let all = possible();
         let chosen = self.given.get(self.asked.len()).copied().unwrap_or(all[0]);
-        self.asked.push((chosen, all));
+        self.asked.push(Asked { chosen, all, by_place });
         chosen
     }
 }
 
 impl Choose<Disc> for Possible {
     fn cell<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<Disc, N>) -> Option<Cell> {
-        let chosen = self.answer(|| {
+        let chosen = self.answer(true, || {
             let ranges: [_; 3] = std::array::from_fn(|axis| range(volume, axis, place[axis].value()));
             let mut all = Vec::new();
             for i in ranges[0].0.clone() {
@@ -307,7 +326,7 @@ impl Choose<Disc> for Possible {
 
     fn is_positive<const N: usize>(&mut self, x: &Jet<Disc, N>) -> bool {
         let (centre, radius) = (x.value().centre(), x.value().reach()[0]);
-        let chosen = self.answer(|| {
+        let chosen = self.answer(false, || {
             if centre >= radius {
                 vec![1]
             } else if centre < -radius {
@@ -343,6 +362,8 @@ fn range(volume: &SplineVolume, axis: usize, x: Disc) -> (Range<usize>, bool) {
 pub(super) struct Piece {
     pub(super) choices: Box<[Choice]>,
     pub(super) open: Box<[bool]>,
+    /// Whether such an answer depends on a place in a volume, and not on the parameters alone.
+    pub(super) open_by_place: bool,
 }
 
 /// All pieces; `None` if there are more than [`MOST_PIECES`]. `evaluate` evaluates the formula over a rectangle.
@@ -354,16 +375,17 @@ pub(super) fn pieces(mut evaluate: impl FnMut(&mut Possible)) -> Option<Vec<Piec
         let mut possible = Possible { asked: Vec::new(), given };
         evaluate(&mut possible);
         let asked = possible.asked;
-        for (place, (_, all)) in asked.iter().enumerate().skip(from) {
+        for (place, Asked { all, .. }) in asked.iter().enumerate().skip(from) {
             for &other in &all[1..] {
-                let mut given: Vec<_> = asked[..place].iter().map(|(chosen, _)| *chosen).collect();
+                let mut given: Vec<_> = asked[..place].iter().map(|asked| asked.chosen).collect();
                 given.push(other);
                 waiting.push(given);
             }
         }
         found.push(Piece {
-            choices: asked.iter().map(|(chosen, _)| *chosen).collect(),
-            open: asked.iter().map(|(_, all)| all.len() > 1).collect(),
+            choices: asked.iter().map(|asked| asked.chosen).collect(),
+            open: asked.iter().map(|asked| asked.all.len() > 1).collect(),
+            open_by_place: asked.iter().any(|asked| asked.by_place && asked.all.len() > 1),
         });
         if found.len() + waiting.len() > MOST_PIECES {
             return None;

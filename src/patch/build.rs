@@ -115,6 +115,11 @@ impl TrimmedPatch {
         self.exact.as_ref().is_none_or(|exact| exact.holds(st, tolerance))
     }
 
+    /// See [`ExactSurface::sides`].
+    pub(crate) fn sides(&self, st: DVec2, tolerance: DVec2) -> [bool; 2] {
+        self.exact.as_ref().map_or([true; 2], |exact| exact.sides(st, tolerance))
+    }
+
     /// What of a rectangle of parameters is inside borders that are curves.
     pub(crate) fn overlap(&self, low: DVec2, high: DVec2) -> Overlap {
         self.exact.as_ref().map_or(Overlap::Whole, |exact| exact.overlap(low, high))

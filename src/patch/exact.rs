@@ -42,8 +42,13 @@ pub trait ExactSurface: Send + Sync + std::fmt::Debug {
     /// Whether it has curved borders.
     fn has_borders(&self) -> bool;
 
-    /// Whether a place that may be off by `tolerance` is inside the curved borders.
-    fn holds(&self, st: DVec2, tolerance: DVec2) -> bool;
+    /// Whether a place that may be off by `tolerance` is inside the curved borders, and whether it is without tolerance.
+    fn sides(&self, st: DVec2, tolerance: DVec2) -> [bool; 2];
+
+    /// The first of [`Self::sides`].
+    fn holds(&self, st: DVec2, tolerance: DVec2) -> bool {
+        self.sides(st, tolerance)[0]
+    }
 
     /// What of the rectangle `[low, high]` is inside the curved borders.
     fn overlap(&self, low: DVec2, high: DVec2) -> Overlap;

@@ -81,12 +81,13 @@ impl Target<'_> {
                 find_loop(&self.trimmed.trim, loops, root.st, tolerance)
             }
         };
-        let found = found.filter(|_| self.trimmed.holds(root.st, tolerance));
+        let [held, strictly] = self.trimmed.sides(root.st, tolerance);
+        let found = found.filter(|_| held);
         let Some((trim_loop, on_border)) = found else {
             statistics.trimmed += 1;
             return None;
         };
-        let on_border = on_border || !self.trimmed.holds(root.st, DVec2::ZERO);
+        let on_border = on_border || !strictly;
         statistics.on_border += u64::from(on_border);
         Some(self.hit_in_loop(root, trim_loop, on_border))
     }
