@@ -13,6 +13,7 @@ mod local;
 mod net;
 mod newton;
 mod packet;
+mod polish;
 mod projection;
 mod query;
 mod rational_net;

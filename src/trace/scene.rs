@@ -2,10 +2,10 @@
 
 use std::cell::RefCell;
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, dispatch};
 use glam::{DVec2, DVec3};
 
-use crate::patch::{BezierPatch, ExactSurface, OrderWork, PatchPoint, TrimmedPatch};
+use crate::patch::{PatchPoint, TrimmedPatch};
 use crate::spline::Cell;
 
 use super::bvh::{Bvh, Stack};
@@ -13,6 +13,7 @@ use super::interaction::{Geometry, SurfaceInteraction};
 use super::leaf::{Cover, Cut, Leaf, Leaves};
 use super::local::LocalSpace;
 use super::packet::{self, PACKET};
+use super::polish;
 use super::projection::ProjectedNet;
 use super::query;
 use super::ray::Ray;
@@ -118,16 +119,6 @@ pub(super) struct Solver {
     pub(super) search: SearchScratch,
     pub(super) statistics: TraceStatistics,
 }
-
-/// Most steps from a patch's root to that of the surface it stands for.
-const MAX_POLISHING_STEPS: usize = 4;
-
-/// What the next step would move, in parts of the patch, below which it is not taken: about the last one times the whole way so
-/// far, over the sine of the angle between ray and surface.
-const LAST_POLISHED: f64 = 1e-13;
-
-/// A root farther than this from the patch's, in parts of the patch, is not the same one.
-const MOST_POLISHED: f64 = 1e-2;
 
 thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
@@ -286,9 +277,8 @@ impl TracedScene {
         let trimmed = &self.objects[hit.object as usize].patches[hit.patch as usize];
         match &trimmed.exact {
             Some(exact) if !hit.tangent => {
-                let (patch, st) = (&trimmed.patch, hit.st);
-                let point = dispatch!(self.level, simd => patch.with_orders(PointAt { simd, patch, st }));
-                polished(&point, exact.as_ref(), hit, ray, statistics)
+                let point = polish::point(self.level, &trimmed.patch, hit.st);
+                polish::on_surface(&point, exact.as_ref(), hit, ray, statistics)
             }
             _ => hit,
         }
@@ -328,62 +318,6 @@ impl TracedScene {
             dp_dt: point.dp_dt,
         }
     }
-}
-
-/// A patch's point.
-struct PointAt<'a, S> {
-    simd: S,
-    patch: &'a BezierPatch,
-    st: DVec2,
-}
-
-impl<S: Simd> OrderWork for PointAt<'_, S> {
-    type Output = PatchPoint;
-
-    #[inline(always)]
-    fn run<const M: usize, const N: usize>(self) -> PatchPoint {
-        let Self { simd, patch, st } = self;
-        simd.vectorize(
-            #[inline(always)]
-            || patch.eval_one::<M, N, S>(simd, st),
-        )
-    }
-}
-
-/// A hit moved to the exact surface by Newton's method, with the patch's derivatives, which are as near to its own as the
-/// patch is: one step does, but for places where the ray is all but tangent. Where the patch's root has none on the surface
-/// the hit stays, as a tangent one.
-fn polished(
-    &PatchPoint { dp_ds, dp_dt, .. }: &PatchPoint,
-    exact: &dyn ExactSurface,
-    hit: PatchHit,
-    ray: &Ray,
-    statistics: &mut TraceStatistics,
-) -> PatchHit {
-    let normal = dp_ds.cross(dp_dt);
-    let inverse = 1.0 / normal.dot(ray.direction);
-    let steep = normal.dot(ray.direction).abs() / (normal.length() * ray.direction.length());
-    let mut st = hit.st;
-    for _ in 0..MAX_POLISHING_STEPS {
-        statistics.newton_steps += 1;
-        let offset = exact.position(st) - ray.origin;
-        // what of it is along the ray is rounding, which a grazing angle would turn into a step across the ray
-        let across = ray.direction.cross(offset).reject_from(ray.direction);
-        let step = DVec2::new(-dp_dt.dot(across), dp_ds.dot(across)) * inverse;
-        let length = step.abs().max_element();
-        if length.is_nan() || length > MOST_POLISHED {
-            break;
-        }
-        st += step;
-        if step.length() * (st - hit.st).length() <= LAST_POLISHED * steep {
-            let t = normal.dot(offset) * inverse;
-            // the ray's ends are no sharper than the patch
-            let t = if t > ray.t_min && t < ray.t_max { t } else { hit.t };
-            return PatchHit { st, t, ..hit };
-        }
-    }
-    statistics.not_converged += 1;
-    PatchHit { tangent: true, ..hit }
 }
 
 /// Partial derivative of the position by the texture coordinate u, v fixed.

@@ -8,6 +8,7 @@ use crate::patch::{BezierPatch, Extent, TrimLoop, TrimRegion, TrimmedPatch};
 use super::Ray;
 use super::leaf::{Cover, Cut, Leaf, TANGENT_TOLERANCE, by_loop};
 use super::local::LocalSpace;
+use super::polish;
 use super::projection::AcrossRay;
 use super::scene::{PatchHit, Solver};
 use super::search::find_roots;
@@ -107,24 +108,12 @@ pub(super) fn clip_leaf(target: &Target<'_>, ray: &Ray, solver: &mut Solver) -> 
     }
     find_roots(net, leaf.rectangle(), search, statistics);
     let roots = search.roots.iter().map(|root| {
-        let st = if root.degenerate { root.st } else { polished(&trimmed.patch, ray, root.st) };
+        let st = if root.degenerate { root.st } else { polish::on_patch(&trimmed.patch, ray, root.st) };
         let position = trimmed.patch.eval(st).position;
         let t = (position - ray.origin).dot(ray.direction) / ray.direction.length_squared();
         LeafRoot { st, t, tangent: root.degenerate }
     });
     roots.collect()
-}
-
-/// A root after one Newton step on the exact patch, if that brings it nearer to the ray.
-fn polished(patch: &BezierPatch, ray: &Ray, st: DVec2) -> DVec2 {
-    let across = |st: DVec2| {
-        let point = patch.eval(st);
-        (point, ray.direction.cross(point.position - ray.origin))
-    };
-    let (point, off) = across(st);
-    let inverse = 1.0 / point.dp_ds.cross(point.dp_dt).dot(ray.direction);
-    let next = st + DVec2::new(-point.dp_dt.dot(off), point.dp_ds.dot(off)) * inverse;
-    if across(next).1.length_squared() < off.length_squared() { next } else { st }
 }
 
 /// Bound on the rounding of each coordinate of a patch's evaluated point.
