@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use crate::patch::{ExactSurface, Overlap, PatchPoint};
 
 use super::chain::Formula;
-use super::choice::{ByValue, Listed, Margins, Piece, Possible};
+use super::choice::{ByValue, Piece, Possible};
 use super::disc::Disc;
 use super::number::{Number, SIZES};
 
@@ -44,19 +44,18 @@ pub(super) fn rectangle([low, high]: [DVec2; 2], scale: [[f64; SIZES]; 2]) -> [D
 
 /// What of a rectangle of a formula's base patch belongs to a piece.
 pub(super) fn overlap(formula: &Formula, piece: &Piece, rectangle: [Disc; 2]) -> Overlap {
-    let mut possible = Possible::given(&piece.choices);
-    formula.range(rectangle, formula.steps(), &mut possible);
+    let mut possible = Possible::of(piece);
+    formula.range(rectangle, &mut possible);
     possible.overlap()
 }
 
 impl ExactSurface for Cell {
     fn eval(&self, st: DVec2) -> PatchPoint {
-        self.scaled(self.formula.eval(self.base(st), &mut Listed::new(&self.piece.choices)))
+        self.scaled(self.formula.eval(self.base(st), &mut self.piece.listed()))
     }
 
     fn position(&self, st: DVec2) -> DVec3 {
-        let steps = self.formula.steps();
-        self.formula.position(self.base(st), steps, &mut Listed::new(&self.piece.choices))
+        self.formula.position(self.base(st), &mut self.piece.listed())
     }
 
     fn eval_whole(&self, st: DVec2) -> PatchPoint {
@@ -68,7 +67,7 @@ impl ExactSurface for Cell {
     }
 
     fn received(&self, st: DVec2) -> DVec3 {
-        self.formula.position(self.base(st), self.formula.steps() - 1, &mut ByValue)
+        self.formula.position_after(self.base(st), self.formula.steps() - 1)
     }
 
     fn error(&self) -> f64 {
@@ -76,15 +75,14 @@ impl ExactSurface for Cell {
     }
 
     fn has_borders(&self) -> bool {
-        self.piece.open.contains(&true)
+        self.piece.has_borders()
     }
 
     fn sides(&self, st: DVec2, tolerance: DVec2) -> [bool; 2] {
         if !self.has_borders() {
             return [true; 2];
         }
-        let mut margins =
-            Margins::new(&self.piece.choices, &self.piece.open, (tolerance * self.size).to_array());
+        let mut margins = self.piece.margins((tolerance * self.size).to_array());
         if self.piece.open_by_place {
             self.formula.eval(self.base(st), &mut margins);
         } else {

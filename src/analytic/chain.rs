@@ -109,7 +109,7 @@ impl Formula {
 
     /// Point and partial derivatives.
     pub(super) fn eval(&self, st: DVec2, choose: &mut impl Choose<f64>) -> PatchPoint {
-        let (st, steps) = (st.to_array(), self.chain.steps.len());
+        let (st, steps) = (st.to_array(), self.steps());
         match self.chain.fields {
             0 => patch_point(&self.at::<_, 3>(st, steps, choose)),
             1 => patch_point(&self.at::<_, 6>(st, steps, choose)),
@@ -120,16 +120,25 @@ impl Formula {
 
     /// Asks for all pieces; derivatives of places are missing what fields take, those of parameters are not.
     pub(super) fn ask(&self, st: DVec2, choose: &mut impl Choose<f64>) {
-        self.at::<_, 3>(st.to_array(), self.chain.steps.len(), choose);
+        self.at::<_, 3>(st.to_array(), self.steps(), choose);
+    }
+
+    /// The point.
+    pub(super) fn position(&self, st: DVec2, choose: &mut impl Choose<f64>) -> DVec3 {
+        DVec3::from_array(self.range(st.to_array(), choose))
     }
 
     /// The point after some of the steps.
-    pub(super) fn position(&self, st: DVec2, steps: usize, choose: &mut impl Choose<f64>) -> DVec3 {
-        DVec3::from_array(self.range(st.to_array(), steps, choose))
+    pub(super) fn position_after(&self, st: DVec2, steps: usize) -> DVec3 {
+        DVec3::from_array(self.values(st.to_array(), steps, &mut ByValue))
     }
 
-    /// The numbers or sets of the points after some of the steps.
-    pub(super) fn range<T: Number>(&self, st: [T; 2], steps: usize, choose: &mut impl Choose<T>) -> [T; 3] {
+    /// The number or set of each coordinate.
+    pub(super) fn range<T: Number>(&self, st: [T; 2], choose: &mut impl Choose<T>) -> [T; 3] {
+        self.values(st, self.steps(), choose)
+    }
+
+    fn values<T: Number>(&self, st: [T; 2], steps: usize, choose: &mut impl Choose<T>) -> [T; 3] {
         match self.chain.fields {
             0 => self.at::<_, 1>(st, steps, choose).map(|x| x.value()),
             1 => self.at::<_, 3>(st, steps, choose).map(|x| x.value()),
@@ -159,7 +168,7 @@ impl Formula {
     /// The knot boxes that a point is in, by step; `None` outside a volume.
     pub(super) fn knot_boxes(&self, choose: &mut impl Choose<f64>, st: DVec2) -> Vec<(usize, Option<Cell>)> {
         let mut recorded = Recorded { choose, cells: Vec::new() };
-        self.position(st, self.steps(), &mut recorded);
+        self.position(st, &mut recorded);
         let steps = (self.done..).zip(&self.chain.steps[self.done..]);
         let volumes = steps.filter(|(_, step)| matches!(step, Step::Volume(_))).map(|(step, _)| step);
         volumes.zip(recorded.cells).collect()

@@ -18,19 +18,23 @@ const MAX_RECTANGLES: usize = 4096;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Sign {
     Positive,
-    /// It is 0 or less here.
+    /// There is a counterexample here.
     NotPositive(DVec2),
     /// Neither was found: it comes close to 0.
     Open,
 }
 
 /// Decides by discs, halving rectangles until they do.
-fn sign(domain: [DVec2; 2], of_numbers: impl Fn(DVec2) -> f64, of_discs: impl Fn([Disc; 2]) -> Disc) -> Sign {
+fn sign(
+    domain: [DVec2; 2],
+    is_counterexample: impl Fn(DVec2) -> bool,
+    of_discs: impl Fn([Disc; 2]) -> Disc,
+) -> Sign {
     let mut waiting = VecDeque::from([domain]);
     let mut examined = 0;
     while let Some([low, high]) = waiting.pop_front() {
         let middle = 0.5 * (low + high);
-        if of_numbers(middle) <= 0.0 {
+        if is_counterexample(middle) {
             return Sign::NotPositive(middle);
         }
         let range = of_discs(rectangle([low, high], [[1.0; SIZES]; 2]));
@@ -64,7 +68,7 @@ pub fn warnings(extension: &Extension, [along_u, along_v]: [[f64; 2]; 2]) -> Vec
     }
     let found = sign(
         domain,
-        |uv| determinant::<f64>(extension, uv.to_array(), &mut ByValue),
+        |uv| determinant::<f64>(extension, uv.to_array(), &mut ByValue) <= 0.0,
         |uv| determinant(extension, uv, &mut Possible::default()),
     );
     match found {
@@ -79,13 +83,11 @@ pub fn warnings(extension: &Extension, [along_u, along_v]: [[f64; 2]; 2]) -> Vec
 }
 
 fn is_empty(region: &Region, domain: [DVec2; 2]) -> bool {
-    let bound = |uv: DVec2| {
-        let value = region.bound.at(&uv.to_array().map(Jet::<f64, 1>::of), &mut ByValue).value();
-        // a double zero of -(1 ± cos) is no region by itself
-        if value < 0.0 { -1.0 } else { 1.0 }
-    };
+    // a double zero of -(1 ± cos) is no region by itself
+    let below =
+        |uv: DVec2| region.bound.at(&uv.to_array().map(Jet::<f64, 1>::of), &mut ByValue).value() < 0.0;
     let discs = |uv: [Disc; 2]| region.bound.at(&uv.map(Jet::<_, 1>::of), &mut Possible::default()).value();
-    !matches!(sign(domain, bound, discs), Sign::NotPositive(_))
+    !matches!(sign(domain, below, discs), Sign::NotPositive(_))
 }
 
 /// Determinant of the map of space at (u, v): of D1 D2 … in operator mode, 1 + Σ (`E_i` - 1) in radial mode; along a field

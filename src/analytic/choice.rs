@@ -6,8 +6,10 @@
 
 use std::ops::Range;
 
+use glam::DVec3;
+
 use crate::patch::Overlap;
-use crate::spline::{Cell, SplineVolume};
+use crate::spline::{Cell, KnotVector, SplineVolume};
 
 use super::disc::Disc;
 use super::jet::{Jet, Point};
@@ -62,16 +64,11 @@ fn border(volume: &SplineVolume) -> f64 {
     4096.0 * f64::EPSILON * (high - low).max_element().max(low.abs().max(high.abs()).max_element())
 }
 
-fn domain(volume: &SplineVolume, axis: usize) -> [f64; 2] {
-    let ends = volume.axes()[axis].breakpoints();
-    [ends[0], ends[ends.len() - 1]]
-}
-
-/// An interval of an axis; outermost ones reach beyond the ends.
-fn interval(volume: &SplineVolume, axis: usize, index: usize) -> [f64; 2] {
-    let ends = volume.axes()[axis].breakpoints();
-    let start = if index == 0 { ends[0] - border(volume) } else { ends[index] };
-    let end = if index + 2 == ends.len() { ends[index + 1] + border(volume) } else { ends[index + 1] };
+/// An interval of an axis; outermost ones reach beyond the ends by the volume's border.
+fn interval(knots: &KnotVector, index: usize, border: f64) -> [f64; 2] {
+    let ends = knots.breakpoints();
+    let start = if index == 0 { ends[0] - border } else { ends[index] };
+    let end = if index + 2 == ends.len() { ends[index + 1] + border } else { ends[index + 1] };
     [start, end]
 }
 
@@ -81,17 +78,12 @@ pub(super) struct ByValue;
 
 impl Choose<f64> for ByValue {
     fn cell<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<f64, N>) -> Option<Cell> {
-        let mut inside = [0.0; 3];
-        for axis in 0..3 {
-            let [start, end] = domain(volume, axis);
-            let value = place[axis].value();
-            inside[axis] = value.clamp(start, end);
-            // so written, NaN is outside
-            if (value - inside[axis]).abs() > border(volume) || value.is_nan() {
-                return None;
-            }
-        }
-        volume.cell(inside.into())
+        let [low, high] = volume.bounds();
+        let place = DVec3::from_array(place.each_ref().map(Jet::value));
+        let inside = place.clamp(low, high);
+        // so written, NaN is outside
+        let is_near = (place - inside).abs().cmple(DVec3::splat(border(volume))).all();
+        if is_near { volume.cell(inside) } else { None }
     }
 
     fn is_positive<const N: usize>(&mut self, x: &Jet<f64, N>) -> bool {
@@ -105,11 +97,7 @@ pub(super) struct Listed<'a> {
     choices: std::slice::Iter<'a, Choice>,
 }
 
-impl<'a> Listed<'a> {
-    pub(super) fn new(choices: &'a [Choice]) -> Self {
-        Self { choices: choices.iter() }
-    }
-
+impl Listed<'_> {
     /// Passes over a region's questions if their last answer is that it is outside.
     fn skips(&mut self, questions: usize) -> bool {
         let outside = self.choices.as_slice().get(questions) == Some(&0);
@@ -182,11 +170,7 @@ pub(super) struct Margins<'a> {
     pub(super) strictly: bool,
 }
 
-impl<'a> Margins<'a> {
-    pub(super) fn new(choices: &'a [Choice], open: &'a [bool], tolerance: [f64; 2]) -> Self {
-        Self { listed: Listed::new(choices), open: open.iter(), tolerance, inside: true, strictly: true }
-    }
-
+impl Margins<'_> {
     fn is_open(&mut self) -> bool {
         self.open.next().copied().unwrap_or(false)
     }
@@ -197,32 +181,32 @@ impl<'a> Margins<'a> {
             x.coefficients.iter().skip(1).zip(self.tolerance).map(|(slope, error)| slope.abs() * error);
         slopes.sum::<f64>() + 8.0 * f64::EPSILON * x.value().abs().max(1.0)
     }
+}
 
-    /// How far a coordinate is inside an interval.
-    fn depth<const N: usize>(&self, x: &Jet<f64, N>, [low, high]: [f64; 2]) -> f64 {
-        (x.value() - low).min(high - x.value()) + self.slack(x)
-    }
+/// How far x is inside an interval.
+fn depth<const N: usize>(x: &Jet<f64, N>, [low, high]: [f64; 2]) -> f64 {
+    (x.value() - low).min(high - x.value())
 }
 
 impl Choose<f64> for Margins<'_> {
     fn cell<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<f64, N>) -> Option<Cell> {
         let chosen = cell(volume, self.listed.next());
         if self.is_open() {
-            let inside = |cell: Cell| (0..3).map(move |axis| (axis, interval(volume, axis, cell[axis])));
+            let border = border(volume);
             match chosen {
-                // so written, NaN is outside
                 Some(cell) => {
-                    let depths = inside(cell)
-                        .map(|(axis, ends)| (self.depth(&place[axis], ends), self.slack(&place[axis])));
-                    let depths: Vec<_> = depths.collect();
-                    self.inside &= depths.iter().all(|(depth, _)| *depth >= 0.0);
-                    self.strictly &= depths.iter().all(|(depth, slack)| depth - slack >= 0.0);
+                    for axis in 0..3 {
+                        let depth = depth(&place[axis], interval(&volume.axes()[axis], cell[axis], border));
+                        // so written, NaN is outside
+                        self.inside &= depth + self.slack(&place[axis]) >= 0.0;
+                        self.strictly &= depth >= 0.0;
+                    }
                 }
                 None => {
+                    let [low, high] = volume.bounds();
                     let outside = (0..3).any(|axis| {
-                        let [start, end] = domain(volume, axis);
-                        let beyond = [start - border(volume), end + border(volume)];
-                        self.depth(&place[axis], beyond) < 2.0 * self.slack(&place[axis])
+                        let ends = [low[axis] - border, high[axis] + border];
+                        depth(&place[axis], ends) < self.slack(&place[axis])
                     });
                     self.inside &= outside;
                     self.strictly &= outside;
@@ -277,9 +261,9 @@ pub(super) struct Possible {
 }
 
 impl Possible {
-    /// With the first answers given.
-    pub(super) fn given(choices: &[Choice]) -> Self {
-        Self { asked: Vec::new(), given: choices.to_vec() }
+    /// With the answers of a piece.
+    pub(super) fn of(piece: &Piece) -> Self {
+        Self { asked: Vec::new(), given: piece.choices.to_vec() }
     }
 
     /// How the answers given are among those possible.
@@ -304,7 +288,8 @@ impl Possible {
 impl Choose<Disc> for Possible {
     fn cell<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<Disc, N>) -> Option<Cell> {
         let chosen = self.answer(true, || {
-            let ranges: [_; 3] = std::array::from_fn(|axis| range(volume, axis, place[axis].value()));
+            let ranges: [_; 3] =
+                std::array::from_fn(|axis| range(&volume.axes()[axis], border(volume), place[axis].value()));
             let mut all = Vec::new();
             for i in ranges[0].0.clone() {
                 for j in ranges[1].0.clone() {
@@ -340,20 +325,18 @@ impl Choose<Disc> for Possible {
 }
 
 /// The intervals of an axis that real numbers of a disc can be in, and whether they can be outside all.
-fn range(volume: &SplineVolume, axis: usize, x: Disc) -> (Range<usize>, bool) {
+fn range(knots: &KnotVector, border: f64, x: Disc) -> (Range<usize>, bool) {
     let (low, high) = (x.centre() - x.reach()[0], x.centre() + x.reach()[0]);
-    let last = volume.axes()[axis].intervals() - 1;
-    let ([start, _], [_, end]) = (interval(volume, axis, 0), interval(volume, axis, last));
+    let last = knots.intervals() - 1;
+    let ([start, _], [_, end]) = (interval(knots, 0, border), interval(knots, last, border));
     if high < start || low > end {
         return (0..0, true);
     }
-    let reached = |index: &usize| {
-        let [start, end] = interval(volume, axis, *index);
-        // so written, NaN may be anywhere
-        !(high < start || low > end)
-    };
-    let first = (0..=last).find(reached).unwrap_or(0);
-    let after = (0..=last).rev().find(reached).map_or(0, |index| index + 1);
+    let ends = knots.breakpoints();
+    let clamped = |x: f64| x.clamp(ends[0], ends[last + 1]);
+    // NaN may be anywhere
+    let first = knots.interval(clamped(low)).unwrap_or(0);
+    let after = knots.interval(clamped(high)).unwrap_or(last) + 1;
     (first..after, !(low >= start && high <= end))
 }
 
@@ -366,14 +349,32 @@ pub(super) struct Piece {
     pub(super) open_by_place: bool,
 }
 
-/// All pieces; `None` if there are more than [`MOST_PIECES`]. `evaluate` evaluates the formula over a rectangle.
-pub(super) fn pieces(mut evaluate: impl FnMut(&mut Possible)) -> Option<Vec<Piece>> {
+impl Piece {
+    /// Answers as this piece has them.
+    pub(super) fn listed(&self) -> Listed<'_> {
+        Listed { choices: self.choices.iter() }
+    }
+
+    /// The same, with how far places are inside, whose parameters may be off by a tolerance.
+    pub(super) fn margins(&self, tolerance: [f64; 2]) -> Margins<'_> {
+        Margins { listed: self.listed(), open: self.open.iter(), tolerance, inside: true, strictly: true }
+    }
+
+    /// Whether it is not all of its rectangle.
+    pub(super) fn has_borders(&self) -> bool {
+        self.open.contains(&true)
+    }
+}
+
+/// All pieces, each with its value; `None` if there are more than [`MOST_PIECES`]. `evaluate` evaluates the formula over a
+/// rectangle.
+pub(super) fn pieces<R>(mut evaluate: impl FnMut(&mut Possible) -> R) -> Option<Vec<(Piece, R)>> {
     let mut found = Vec::new();
     let mut waiting = vec![Vec::new()];
     while let Some(given) = waiting.pop() {
         let from = given.len();
         let mut possible = Possible { asked: Vec::new(), given };
-        evaluate(&mut possible);
+        let value = evaluate(&mut possible);
         let asked = possible.asked;
         for (place, Asked { all, .. }) in asked.iter().enumerate().skip(from) {
             for &other in &all[1..] {
@@ -382,15 +383,16 @@ pub(super) fn pieces(mut evaluate: impl FnMut(&mut Possible)) -> Option<Vec<Piec
                 waiting.push(given);
             }
         }
-        found.push(Piece {
+        let piece = Piece {
             choices: asked.iter().map(|asked| asked.chosen).collect(),
             open: asked.iter().map(|asked| asked.all.len() > 1).collect(),
             open_by_place: asked.iter().any(|asked| asked.by_place && asked.all.len() > 1),
-        });
+        };
+        found.push((piece, value));
         if found.len() + waiting.len() > MOST_PIECES {
             return None;
         }
     }
-    found.sort_by(|a, b| a.choices.cmp(&b.choices));
+    found.sort_by(|(a, _), (b, _)| a.choices.cmp(&b.choices));
     Some(found)
 }

@@ -12,13 +12,13 @@ use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::math::polygon::{self, Side};
+use crate::math::polygon;
 use crate::patch::{BezierPatch, Overlap, TrimBuilder, TrimLoop, TrimRegion, TrimmedPatch};
 use crate::spline::SplineVolume;
 
 use super::cell::{Cell, overlap, rectangle};
 use super::chain::{Chain, Formula, Step};
-use super::choice::{ByValue, Listed, Margins, Piece, pieces};
+use super::choice::{ByValue, Piece, pieces};
 use super::disc::Disc;
 use super::interpolate::{Interpolant, interpolate, interpolation_error, lebesgue};
 use super::number::{Number, SIZES};
@@ -154,7 +154,7 @@ fn size(base: &[TrimmedPatch], chain: &Arc<Chain>) -> Result<f64, CoverError> {
             for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
                 for corner in corners {
                     let st = middle.lerp(*corner, part);
-                    let position = formula.position(st, formula.steps(), &mut ByValue);
+                    let position = formula.position(st, &mut ByValue);
                     if !position.is_finite() {
                         return Err(fault(&formula, st));
                     }
@@ -170,7 +170,7 @@ fn size(base: &[TrimmedPatch], chain: &Arc<Chain>) -> Result<f64, CoverError> {
 fn fault(formula: &Formula, st: DVec2) -> CoverError {
     let place = formula.frame.point(st).truncate();
     for step in 0..formula.steps() {
-        let made = formula.position(st, step + 1, &mut ByValue);
+        let made = formula.position_after(st, step + 1);
         if formula.chain.steps()[step].takes_derivatives() {
             let [by_s, by_t] = formula.partials(st, step);
             let longer = by_s.length().max(by_t.length());
@@ -279,20 +279,15 @@ impl Cover {
         }
         let trim = &local_trim(&parts, rectangle);
         let discs = discs(rectangle);
-        let steps = self.formula.steps();
         let mut axis = usize::from(halvings[1] < halvings[0]);
-        let found = pieces(|possible| {
-            self.formula.range(discs, steps, possible);
-        });
+        let found = pieces(|possible| self.formula.range(discs, possible));
         // far from its own border a piece may be steep, and rays would look there for nothing
-        let found = found.filter(|found| {
-            found.len() == 1
-                || found.iter().all(|piece| self.extent(piece, discs) <= LARGEST_SHARED * self.size)
-        });
+        let small = |range: &[Disc; 3]| radius(range, 0) <= LARGEST_SHARED * self.size;
+        let found = found.filter(|found| found.len() == 1 || found.iter().all(|(_, range)| small(range)));
         if let Some(found) = found {
             let mut fits = Vec::new();
-            for piece in &found {
-                match self.fit(piece, discs, axis) {
+            for (piece, range) in &found {
+                match self.fit(range, axis) {
                     Fit::Degrees(degree, error) => fits.push((piece, degree, error)),
                     Fit::Halve(worse) => {
                         axis = worse;
@@ -333,16 +328,9 @@ impl Cover {
         self.split([second, high], halvings, &parts)
     }
 
-    /// Greatest distance of points of a piece over a rectangle from the one in the middle, in any coordinate.
-    fn extent(&self, piece: &Piece, rectangle: [Disc; 2]) -> f64 {
-        let listed = &mut Listed::new(&piece.choices);
-        radius(&self.formula.range(rectangle, self.formula.steps(), listed), 0)
-    }
-
-    /// The least degrees that are accurate, by the discs from the second on.
-    fn fit(&self, piece: &Piece, rectangle: [Disc; 2], alternate: usize) -> Fit {
-        let range = self.formula.range(rectangle, self.formula.steps(), &mut Listed::new(&piece.choices));
-        let radius = |disc: usize| radius(&range, disc);
+    /// The least degrees that are accurate, by the discs from the second on of a piece's range.
+    fn fit(&self, range: &[Disc; 3], alternate: usize) -> Fit {
+        let radius = |disc: usize| radius(range, disc);
         let error = |axis: usize, degree: usize| {
             let along = REACHES.iter().enumerate();
             along
@@ -393,12 +381,7 @@ impl Cover {
 
     fn push(&mut self, cell: Cell, degree: [usize; 2], trim: &TrimRegion) {
         let point = |st: DVec2| {
-            let position = self.formula.position(
-                cell.low + st * cell.size,
-                self.formula.steps(),
-                &mut Listed::new(&cell.piece.choices),
-            );
-            position.extend(1.0)
+            self.formula.position(cell.low + st * cell.size, &mut cell.piece.listed()).extend(1.0)
         };
         let Interpolant { control_points, residual } = interpolate(degree, point);
         let rounding = 3_f64.sqrt() * lebesgue(degree[0]) * lebesgue(degree[1]) * residual;
@@ -419,27 +402,22 @@ impl Cover {
     fn push_point(&mut self, [low, high]: [DVec2; 2], trim: &TrimRegion) -> Result<(), CoverError> {
         let middle = 0.5 * (low + high);
         let formula = self.formula.clone();
-        let rectangle = discs([low, high]);
-        let found = pieces(|possible| {
-            formula.range(rectangle, formula.steps(), possible);
-        });
+        let found = pieces(|possible| formula.range(discs([low, high]), possible));
         let found = found.ok_or_else(|| fault(&formula, middle))?;
-        let holds = |piece: &&Piece| {
-            let mut margins = Margins::new(&piece.choices, &piece.open, [0.0; 2]);
+        let holds = |(piece, _): &&(Piece, _)| {
+            let mut margins = piece.margins([0.0; 2]);
             formula.eval(middle, &mut margins);
             margins.inside
         };
-        let piece = found.iter().find(holds).unwrap_or(&found[0]).clone();
-        let radius = found.iter().map(|piece| self.extent(piece, rectangle)).fold(0.0, f64::max);
+        let piece = found.iter().find(holds).unwrap_or(&found[0]).0.clone();
+        let radius = found.iter().map(|(_, range)| radius(range, 0)).fold(0.0, f64::max);
         if radius > POINT * self.size || !radius.is_finite() {
             return Err(fault(&formula, middle));
         }
         let piece = Piece { open: piece.open.iter().map(|_| false).collect(), ..piece };
         let cell =
             Cell { formula: formula.clone(), low, size: high - low, piece, error: 4.0 * radius, leads: true };
-        let point = |st: DVec2| {
-            formula.position(cell.low + st * cell.size, formula.steps(), &mut ByValue).extend(1.0)
-        };
+        let point = |st: DVec2| formula.position(cell.low + st * cell.size, &mut ByValue).extend(1.0);
         let corners = [DVec2::ZERO, DVec2::Y, DVec2::X, DVec2::ONE].map(point);
         if corners.iter().any(|corner| !corner.is_finite()) {
             return Err(fault(&formula, middle));
@@ -457,8 +435,8 @@ impl Cover {
     ) {
         cell.error += rounding + self.formula.rounding(magnitude(&control_points));
         let middle = cell.low + 0.5 * cell.size;
-        for (step, knot_box) in cell.formula.knot_boxes(&mut Listed::new(&cell.piece.choices), middle) {
-            if knot_box.is_some() || !cell.piece.open.contains(&true) || self.is_outside(&cell, step) {
+        for (step, knot_box) in cell.formula.knot_boxes(&mut cell.piece.listed(), middle) {
+            if knot_box.is_some() || !cell.piece.has_borders() || self.is_outside(&cell, step) {
                 self.knot_boxes.insert((step, knot_box));
             }
         }
@@ -508,14 +486,8 @@ impl LoopPart {
     }
 
     /// What of it is in a rectangle, if that has an area.
-    fn clipped(&self, [low, high]: [DVec2; 2]) -> Option<Self> {
-        let (mut corners, mut kept) = (self.corners.clone(), Vec::new());
-        for axis in 0..2 {
-            for (value, side) in [(low[axis], Side::Above), (high[axis], Side::Below)] {
-                polygon::clip(&corners, axis, value, side, &mut kept);
-                std::mem::swap(&mut corners, &mut kept);
-            }
-        }
+    fn clipped(&self, rectangle: [DVec2; 2]) -> Option<Self> {
+        let corners = polygon::clip_to_rectangle(&self.corners, rectangle);
         let has_area = corners.len() >= 3 && polygon::doubled_area(&corners) > 0.0;
         has_area.then_some(Self { corners, ..*self })
     }

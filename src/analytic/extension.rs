@@ -96,7 +96,7 @@ impl Extension {
     }
 
     /// Whether it takes derivatives of the surface.
-    pub(super) const fn takes_derivatives(&self) -> bool {
+    pub const fn takes_derivatives(&self) -> bool {
         matches!(self.mode, ExtensionMode::Field(Field::Normal | Field::TangentU | Field::TangentV))
     }
 
@@ -195,14 +195,19 @@ impl Region {
 
     /// (D - I) of the operator matrix, times a vector: rows of `ε_ij` (`E_ij` - 1).
     fn product<T: Number, const N: usize>(&self, exponent: &Jet<T, N>, vector: &Point<T, N>) -> Point<T, N> {
+        // most often the three on the diagonal are the same
+        let mut known: Option<(f64, Jet<T, N>)> = None;
+        let mut growth = |h: f64| match known {
+            Some((of, growth)) if of == h => growth,
+            _ => known.insert((h, exponent.scale(h).exp_minus_1())).1,
+        };
         std::array::from_fn(|i| {
             let mut sum = Jet::of(T::of(0.0));
             for (j, part) in vector.iter().enumerate() {
                 let h = self.h[i][j];
                 if h != 0.0 {
                     let sign = if i == j { 1.0 } else { self.epsilon[i][j] };
-                    let growth = exponent.scale(h).exp_minus_1();
-                    sum = sum.add(&growth.multiply(part).scale(sign));
+                    sum = sum.add(&growth(h).multiply(part).scale(sign));
                 }
             }
             sum

@@ -4,8 +4,9 @@ use std::f64::consts::{FRAC_2_PI, PI};
 use std::sync::LazyLock;
 
 use glam::{DVec2, DVec3, DVec4};
+use nalgebra::DMatrix;
 
-use crate::math::bernstein::{MAX_DEGREE, MAX_ORDER, basis};
+use crate::math::bernstein::{MAX_ORDER, basis};
 
 type Matrix = [[f64; MAX_ORDER]; MAX_ORDER];
 
@@ -27,32 +28,15 @@ impl Nodes {
         };
         let places: [f64; MAX_ORDER] = std::array::from_fn(place);
         let values: Matrix = std::array::from_fn(|i| basis::<MAX_ORDER, f64>(degree, places[i]).value);
-        Self { places, values, inverse: inverse(degree + 1, values) }
+        Self { places, values, inverse: inverse(degree + 1, &values) }
     }
 }
 
-/// Of the first rows and columns, by elimination with partial pivoting.
-fn inverse(size: usize, mut matrix: Matrix) -> Matrix {
-    let mut inverse: Matrix = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
-    for k in 0..size {
-        let pivot = (k..size).max_by(|&a, &b| matrix[a][k].abs().total_cmp(&matrix[b][k].abs())).unwrap_or(k);
-        matrix.swap(k, pivot);
-        inverse.swap(k, pivot);
-        let scale = 1.0 / matrix[k][k];
-        for j in 0..size {
-            matrix[k][j] *= scale;
-            inverse[k][j] *= scale;
-        }
-        let (row, inverse_row) = (matrix[k], inverse[k]);
-        for i in (0..size).filter(|&i| i != k) {
-            let factor = matrix[i][k];
-            for j in 0..size {
-                matrix[i][j] -= factor * row[j];
-                inverse[i][j] -= factor * inverse_row[j];
-            }
-        }
-    }
-    inverse
+/// Of the first rows and columns.
+fn inverse(size: usize, matrix: &Matrix) -> Matrix {
+    let inverse = DMatrix::from_fn(size, size, |i, j| matrix[i][j]).try_inverse();
+    let inverse = inverse.expect("Bernstein polynomials at distinct points are independent");
+    std::array::from_fn(|i| std::array::from_fn(|j| inverse.get((i, j)).copied().unwrap_or(0.0)))
 }
 
 /// A patch's control points, and how far from the values it is at the points of interpolation.
@@ -132,8 +116,6 @@ pub(super) fn interpolation_error(degree: usize, reach: f64) -> f64 {
     let rho = reach + (reach * reach - 1.0).sqrt();
     4.0 / (libm::pow(rho, degree as f64) * (rho - 1.0))
 }
-
-const _: () = assert!(MAX_DEGREE + 1 == MAX_ORDER);
 
 #[cfg(test)]
 mod tests {

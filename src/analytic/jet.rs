@@ -183,18 +183,19 @@ impl<T: Number, const N: usize> Jet<T, N> {
 
     /// x^exponent of any x but 0, and of that too for an exponent >= 0.
     pub(super) fn whole_power(&self, exponent: i32) -> Self {
-        let mut power = Self::of(T::of(1.0));
+        let mut power = None;
         let mut square = *self;
         let mut left = exponent.unsigned_abs();
         while left > 0 {
             if left & 1 == 1 {
-                power = power.multiply(&square);
+                power = Some(power.map_or(square, |power: Self| power.multiply(&square)));
             }
             left >>= 1;
             if left > 0 {
                 square = square.multiply(&square);
             }
         }
+        let power = power.unwrap_or_else(|| Self::of(T::of(1.0)));
         if exponent < 0 { power.reciprocal() } else { power }
     }
 

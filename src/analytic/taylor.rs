@@ -130,26 +130,26 @@ impl Expansion {
         }
         let reach = arguments.each_ref().map(|argument| argument.value().reach());
         let mut sums = [Jet::<T, N>::of(T::of(0.0)); 4];
-        // the arguments less their values, to their powers
-        let mut steps = arguments.map(|argument| [Jet::of(T::of(1.0)), argument]);
-        for [_, step] in &mut steps {
+        // the arguments less their values
+        let mut steps = *arguments;
+        for step in &mut steps {
             step.coefficients[0] = T::of(0.0);
         }
         let order = order_of(N);
         let (mut by_x, mut left) = (Jet::of(T::of(1.0)), order);
         for a in 0..=self.powers[0].min(order) {
             if a > 0 {
-                (by_x, left) = (by_x.multiply(&steps[0][1]), order - a);
+                (by_x, left) = (by_x.multiply(&steps[0]), order - a);
             }
             let mut by_y = by_x;
             for b in 0..=self.powers[1].min(left) {
                 if b > 0 {
-                    by_y = by_y.multiply(&steps[1][1]);
+                    by_y = by_y.multiply(&steps[1]);
                 }
                 let mut by_z = by_y;
                 for c in 0..=self.powers[2].min(left - b) {
                     if c > 0 {
-                        by_z = by_z.multiply(&steps[2][1]);
+                        by_z = by_z.multiply(&steps[2]);
                     }
                     let coefficient: [T; 4] = self.coefficient([a, b, c], &reach);
                     for (sum, coefficient) in

@@ -40,6 +40,18 @@ pub(crate) fn clip(corners: &[DVec2], axis: usize, value: f64, side: Side, kept:
     }
 }
 
+/// The part of a convex polygon in the closed rectangle `[low, high]`.
+pub(crate) fn clip_to_rectangle(corners: &[DVec2], [low, high]: [DVec2; 2]) -> Vec<DVec2> {
+    let (mut corners, mut kept) = (corners.to_vec(), Vec::new());
+    for axis in 0..2 {
+        for (value, side) in [(low[axis], Side::Above), (high[axis], Side::Below)] {
+            clip(&corners, axis, value, side, &mut kept);
+            std::mem::swap(&mut corners, &mut kept);
+        }
+    }
+    corners
+}
+
 /// Lowest and highest corner of the bounding rectangle; `None` without corners.
 pub(crate) fn bounds(corners: impl IntoIterator<Item = DVec2>) -> Option<[DVec2; 2]> {
     corners.into_iter().map(|corner| [corner; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])

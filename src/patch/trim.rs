@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::math::polygon::{self, Side};
+use crate::math::polygon;
 
 /// One convex sub-polygon in a patch's parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,20 +93,8 @@ impl TrimRegion {
 
     /// Whether any loop has a point in the closed rectangle `[low, high]`.
     pub(crate) fn reaches(&self, low: DVec2, high: DVec2) -> bool {
-        let mut kept = Vec::new();
-        self.loops().iter().any(|trim_loop| {
-            let mut corners = self.corners(trim_loop).to_vec();
-            for (axis, value, side) in [
-                (0, low.x, Side::Above),
-                (0, high.x, Side::Below),
-                (1, low.y, Side::Above),
-                (1, high.y, Side::Below),
-            ] {
-                polygon::clip(&corners, axis, value, side, &mut kept);
-                std::mem::swap(&mut corners, &mut kept);
-            }
-            !corners.is_empty()
-        })
+        let part = |trim_loop| polygon::clip_to_rectangle(self.corners(trim_loop), [low, high]);
+        self.loops().iter().any(|trim_loop| !part(trim_loop).is_empty())
     }
 
     /// The loop a point belongs to, if any.
