@@ -7,7 +7,7 @@ use crate::patch::TrimmedPatch;
 use crate::trace::{Ray, TracedScene};
 
 /// Chords along each parameter of the whole surface, about.
-const CHORDS: f64 = 64.0;
+const CHORDS: u32 = 64;
 
 /// Chords leave the surface by less than their length; their ends are on it.
 const END: f64 = 1e-6;
@@ -28,26 +28,14 @@ pub(super) fn self_intersection(
         if !patch.leads() {
             return None;
         }
-        let vector = |v: DVec3| v.truncate().abs() / span;
-        let count = [vector(patch.frame.s), vector(patch.frame.t)]
-            .map(|size| (CHORDS * size.max_element()).ceil().clamp(1.0, CHORDS));
-        let step = DVec2::from_array(count.map(|count| 1.0 / count));
-        let [rows, columns] = count;
-        let mut place = DVec2::ZERO;
-        while place.x < rows {
-            place.y = 0.0;
-            while place.y < columns {
-                for along in [DVec2::X, DVec2::Y] {
-                    let ends = [place * step, (place + along) * step];
-                    if let Some(found) = crossing(scene, object, patch, ends, span) {
-                        return Some(found);
-                    }
-                }
-                place.y += 1.0;
-            }
-            place.x += 1.0;
-        }
-        None
+        let part = |side: DVec3| (side.truncate().abs() / span).max_element();
+        let count = DVec2::new(part(patch.frame.s), part(patch.frame.t)) * f64::from(CHORDS);
+        let count = count.ceil().clamp(DVec2::ONE, DVec2::splat(CHORDS.into()));
+        let places = (0..CHORDS).flat_map(|i| (0..CHORDS).map(move |j| DVec2::new(i.into(), j.into())));
+        let mut chords = places
+            .filter(|place| place.cmplt(count).all())
+            .flat_map(|place| [DVec2::X, DVec2::Y].map(|along| [place / count, (place + along) / count]));
+        chords.find_map(|ends| crossing(scene, object, patch, ends, span))
     })
 }
 
@@ -69,6 +57,6 @@ fn crossing(
     let hits = scene.all(&ray).into_iter().filter(|hit| hit.object as usize == object);
     let mut places =
         hits.map(|hit| scene.objects()[object].patches[hit.patch as usize].frame.point(hit.st).truncate());
-    let far = |other: &DVec2| ((*other - own) / span).abs().max_element() > APART / CHORDS;
+    let far = |other: &DVec2| ((*other - own) / span).abs().max_element() > APART / f64::from(CHORDS);
     places.find(far).map(|other| [own, other])
 }

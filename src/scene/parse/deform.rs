@@ -25,23 +25,19 @@ pub(super) fn read_all(tables: Vec<Table<'_>>, is_surface: bool) -> Vec<Located<
                     "extension functions deform surfaces, and this object is a mesh".to_owned(),
                 );
             }
-            if takes_derivatives(&table) {
+            let field = table.value("field");
+            let extension = extension::read(table)?;
+            if extension.takes_derivatives() {
                 fields += 1;
-                if fields == MAX_FIELDS + 1 {
-                    let message = format!(
+                if let Some(field) = field.filter(|_| fields == MAX_FIELDS + 1) {
+                    field.report(format!(
                         "more than {MAX_FIELDS} deformations of one object follow a normal or tangents"
-                    );
-                    table.report_value("field", message);
+                    ));
                 }
             }
-            DeformDescription::Extension(extension::read(table)?)
+            DeformDescription::Extension(extension)
         };
         Some(Located { value, location })
     };
     tables.into_iter().filter_map(&mut read_one).collect()
-}
-
-/// Whether a table's field is one of the surface's own.
-fn takes_derivatives(table: &Table<'_>) -> bool {
-    table.value("field").is_some_and(|field| field.text().is_ok())
 }
