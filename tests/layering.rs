@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the pipeline; each may use those before it.
-const ORDER: [&str; 18] = [
+const ORDER: [&str; 19] = [
     "math",
     "output",
     "arrays",
@@ -17,6 +17,7 @@ const ORDER: [&str; 18] = [
     "analytic",
     "trace",
     "tessellate",
+    "deviation",
     "film",
     "shade",
     "render",

@@ -52,6 +52,28 @@ pub(crate) fn clip_to_rectangle(corners: &[DVec2], [low, high]: [DVec2; 2]) -> V
     corners
 }
 
+/// The part of a convex polygon in another one, whose corners wind counter-clockwise.
+pub(crate) fn clip_to_convex(corners: &[DVec2], outline: &[DVec2]) -> Vec<DVec2> {
+    let (mut corners, mut kept) = (corners.to_vec(), Vec::new());
+    for (i, &from) in outline.iter().enumerate() {
+        let along = outline[(i + 1) % outline.len()] - from;
+        let depth = |corner: DVec2| along.perp_dot(corner - from);
+        kept.clear();
+        for (j, &here) in corners.iter().enumerate() {
+            let next = corners[(j + 1) % corners.len()];
+            let (depth_here, depth_next) = (depth(here), depth(next));
+            if depth_here >= 0.0 {
+                kept.push(here);
+            }
+            if (depth_here > 0.0 && depth_next < 0.0) || (depth_here < 0.0 && depth_next > 0.0) {
+                kept.push(here.lerp(next, depth_here / (depth_here - depth_next)));
+            }
+        }
+        std::mem::swap(&mut corners, &mut kept);
+    }
+    corners
+}
+
 /// Lowest and highest corner of the bounding rectangle; `None` without corners.
 pub(crate) fn bounds(corners: impl IntoIterator<Item = DVec2>) -> Option<[DVec2; 2]> {
     corners.into_iter().map(|corner| [corner; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
@@ -60,6 +82,16 @@ pub(crate) fn bounds(corners: impl IntoIterator<Item = DVec2>) -> Option<[DVec2;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn convex_polygons_intersect() {
+        let square = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+        let triangle = [DVec2::new(0.5, 0.5), DVec2::new(2.0, 0.5), DVec2::new(0.5, 2.0)];
+        assert!((doubled_area(&clip_to_convex(&triangle, &square)) - 0.5).abs() < 1e-15);
+        assert!((doubled_area(&clip_to_convex(&square, &triangle)) - 0.5).abs() < 1e-15);
+        let beside = triangle.map(|corner| corner + DVec2::X);
+        assert_eq!(doubled_area(&clip_to_convex(&beside, &square)), 0.0);
+    }
 
     #[test]
     fn the_two_sides_of_a_cut_make_the_whole() {

@@ -61,18 +61,6 @@ impl PolygonSet {
         self.starts.push(end);
     }
 
-    /// Appends a triangle of a face, with texture coordinates for all triangles of a set or for none; false if it has no area
-    /// and is left out.
-    pub fn push_triangle(&mut self, face: u32, positions: [DVec3; 3], uvs: Option<[DVec2; 3]>) -> bool {
-        let [a, b, c] = positions;
-        let Some(normal) = (b - a).cross(c - a).try_normalize() else { return false };
-        let first = u32::try_from(self.positions.len()).expect("fewer than 2^32 corners fit in memory");
-        let corners = [first, first + 1, first + 2];
-        let uvs = uvs.as_ref().map_or(&[][..], |uvs| &uvs[..]);
-        self.push(Polygon { face, normal, positions: &positions, uvs, corners: &corners });
-        true
-    }
-
     /// Number of polygons.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -76,7 +76,12 @@ impl TrimmedPatch {
     pub fn untrimmed(frame: Frame, patch: BezierPatch) -> Self {
         let mut trim = TrimBuilder::default();
         trim.push(0, 0, [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y]);
-        Self { cell: None, frame, patch, trim: trim.finish(), boundary_error: 0.0, exact: None }
+        Self::undeformed(frame, patch, trim.finish())
+    }
+
+    /// A patch of no knot box.
+    pub(super) const fn undeformed(frame: Frame, patch: BezierPatch, trim: TrimRegion) -> Self {
+        Self { cell: None, frame, patch, trim, boundary_error: 0.0, exact: None }
     }
 
     /// A part of this one's place in the knot box and the object, with a surface of its own.

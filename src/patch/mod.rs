@@ -5,6 +5,7 @@ mod build;
 mod compose;
 mod evaluate;
 mod exact;
+mod facet;
 mod interpolation;
 mod trim;
 
@@ -16,6 +17,7 @@ pub use build::{
 pub use compose::Composer;
 pub(crate) use evaluate::{OrderWork, PointLanes};
 pub use exact::{ExactSurface, Overlap};
+pub use facet::Facet;
 pub use interpolation::compose_by_interpolation;
 pub(crate) use trim::TrimBuilder;
 pub use trim::{TrimLoop, TrimRegion};

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
@@ -12,11 +13,12 @@ use crate::film::{Picture, read_picture};
 use crate::mesh::{
     FaultKind, MeshNotes, MeshTolerances, ObjError, PolygonMesh, PolygonSet, load_obj, prepare_polygons,
 };
-use crate::patch::BuildTimes;
+use crate::patch::{BuildTimes, Facet, TrimmedPatch};
 use crate::shade::{
     CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
 };
 use crate::surface::SplineSurface;
+use crate::tessellate::facets;
 use crate::trace::{TracedObject, TracedScene, VertexAttributes};
 
 use super::attributes::{CarriedNormals, PolygonAttributes};
@@ -25,7 +27,8 @@ use super::description::{
     DeformDescription, LightDescription, Method, ObjectDescription, ObjectShape, SceneDescription,
 };
 use super::diagnostic::{Diagnostic, Location, SceneError};
-use super::pointwise::{Pointwise, deform_pointwise};
+use super::facets::facet_object;
+use super::pointwise::deform_pointwise;
 use super::self_intersection::self_intersection;
 use super::surface_object::{SurfaceObject, surface_object};
 
@@ -225,31 +228,76 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
     }
     let load = started.elapsed();
     let deforming = Deforming { scene, object, undeformed: Undeformed::Polygons(&polygons) };
-    let (patches, subpolygons, lattices, times, attributes): (_, _, _, _, Box<dyn VertexAttributes>) =
-        match object.method {
-            Method::Exact => {
-                let Deformed { patches, subpolygons, lattices, times, .. } = deforming.deformed()?;
-                let attributes = attributes_of(object, &mesh, polygons, &lattices);
-                (patches, subpolygons, lattices, times, Box::new(attributes))
-            }
-            Method::Pointwise { level } => {
-                let (_, lattices) = deforming.steps()?;
-                let volumes: Vec<_> = lattices.iter().map(|lattice| lattice.volume.clone()).collect();
-                let attributes = attributes_of(object, &mesh, polygons, &lattices);
-                let made = deform_pointwise(&attributes, &volumes, level);
-                let Pointwise { made, attributes } = made.map_err(|message| {
-                    fault(object.name.location, format!("object {:?}: {message}", object.name.value))
-                })?;
-                (made.patches, made.subpolygons, lattices, made.times, Box::new(attributes))
-            }
+    let failed =
+        |message: String| fault(object.name.location, format!("object {:?}: {message}", object.name.value));
+    let started = Instant::now();
+    let represented = if let Method::Pointwise { level } = object.method {
+        let (_, lattices) = deforming.steps()?;
+        let volumes: Vec<_> = lattices.iter().map(|lattice| lattice.volume.clone()).collect();
+        let facets = deform_pointwise(&polygons, &volumes, level).map_err(failed)?;
+        let attributes = Box::new(attributes_of(object, &mesh, polygons, &lattices));
+        let times = BuildTimes { subdivide: started.elapsed(), compose: Duration::ZERO };
+        Represented::by_facets(object, facets, attributes, lattices, times)
+    } else {
+        let deformed = deforming.deformed()?;
+        let attributes = Box::new(attributes_of(object, &mesh, polygons, &deformed.lattices));
+        Represented::of(object, deformed, attributes).map_err(failed)?
+    };
+    Ok(represented.made(object, load, (notes, Vec::new())))
+}
+
+/// An object as its method represents it.
+struct Represented {
+    patches: Vec<TrimmedPatch>,
+    attributes: Box<dyn VertexAttributes>,
+    subpolygons: usize,
+    lattices: Vec<BuiltLattice>,
+    times: BuildTimes,
+}
+
+impl Represented {
+    /// By its exact patches or, if the object asks for that, by triangles near them.
+    fn of(
+        object: &ObjectDescription,
+        exact: Deformed,
+        attributes: Box<dyn VertexAttributes>,
+    ) -> Result<Self, String> {
+        let Deformed { patches, subpolygons, lattices, mut times, .. } = exact;
+        let Method::Adaptive { tolerance } = object.method else {
+            return Ok(Self { patches, attributes, subpolygons, lattices, times });
         };
-    let traced = TracedObject { name: object.name.value.clone(), patches, attributes };
-    Ok(MadeObject {
-        traced,
-        built: BuiltObject { notes, lattices, subpolygons, warnings: Vec::new() },
-        load,
-        times,
-    })
+        let started = Instant::now();
+        let facets = facets(&patches, tolerance, &AtomicBool::new(false))
+            .map_err(|error| format!("{}: {error}", object.method))?;
+        times.compose += started.elapsed();
+        Ok(Self::by_facets(object, facets, attributes, lattices, times))
+    }
+
+    fn by_facets(
+        object: &ObjectDescription,
+        facets: Vec<Facet>,
+        exact: Box<dyn VertexAttributes>,
+        lattices: Vec<BuiltLattice>,
+        mut times: BuildTimes,
+    ) -> Self {
+        let started = Instant::now();
+        let subpolygons = facets.len();
+        let volume = lattices.first().map(|lattice| &lattice.volume);
+        let (patches, attributes) = facet_object(facets, exact, object.vertex_normals, volume);
+        times.compose += started.elapsed();
+        Self { patches, attributes, subpolygons, lattices, times }
+    }
+
+    fn made(
+        self,
+        object: &ObjectDescription,
+        load: Duration,
+        (notes, warnings): (MeshNotes, Vec<String>),
+    ) -> MadeObject {
+        let Self { patches, attributes, subpolygons, lattices, times } = self;
+        let traced = TracedObject { name: object.name.value.clone(), patches, attributes };
+        MadeObject { traced, built: BuiltObject { notes, lattices, subpolygons, warnings }, load, times }
+    }
 }
 
 fn attributes_of(
@@ -273,18 +321,19 @@ fn built_surface(
     let SurfaceObject { patches, attributes } = surface_object(surface, object.transform);
     let load = started.elapsed();
     let undeformed = Undeformed::Surface { surface, transform: object.transform, patches: &patches };
-    let Deformed { patches, subpolygons, lattices, steps, times } =
-        Deforming { scene, object, undeformed }.deformed()?;
+    let deformed = Deforming { scene, object, undeformed }.deformed()?;
     let mut warned = Vec::new();
-    for (number, step) in (1..).zip(&steps) {
+    for (number, step) in (1..).zip(&deformed.steps) {
         if let Step::Extension(extension) = step {
             let found = warnings(extension, surface.domain());
             warned.extend(found.into_iter().map(|warning| format!("deformation {number}: {warning}")));
         }
     }
-    let built = BuiltObject { notes: MeshNotes::default(), lattices, subpolygons, warnings: warned };
-    let traced = TracedObject { name: object.name.value.clone(), patches, attributes: Box::new(attributes) };
-    Ok(MadeObject { traced, built, load, times })
+    let represented = Represented::of(object, deformed, Box::new(attributes)).map_err(|message| {
+        let message = format!("object {:?}: {message}", object.name.value);
+        vec![Diagnostic { file: scene.path.clone(), location: Some(object.name.location), message }]
+    })?;
+    Ok(represented.made(object, load, (MeshNotes::default(), warned)))
 }
 
 /// A textured material needs texture coordinates on every face.

@@ -128,7 +128,7 @@ impl ObjectShape {
 }
 
 /// How a deformed shape is represented for tracing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Method {
     /// Trimmed Bézier patches, without approximation.
     #[default]
@@ -138,6 +138,11 @@ pub enum Method {
         /// How often triangles are split.
         level: u32,
     },
+    /// Flat triangles with corners on the deformed shape, halved until they are close enough to it.
+    Adaptive {
+        /// Greatest distance between triangles and shape, in world units; above 0.
+        tolerance: f64,
+    },
 }
 
 impl std::fmt::Display for Method {
@@ -145,6 +150,7 @@ impl std::fmt::Display for Method {
         match self {
             Self::Exact => write!(formatter, "exact"),
             Self::Pointwise { level } => write!(formatter, "pointwise:{level}"),
+            Self::Adaptive { tolerance } => write!(formatter, "adaptive:{tolerance}"),
         }
     }
 }
@@ -158,14 +164,22 @@ impl FromStr for Method {
             Some((name, parameter)) => (name, Some(parameter)),
             None => (text, None),
         };
-        match (lookup("method", &["exact", "pointwise"], name)?, parameter) {
+        match (lookup("method", &["exact", "pointwise", "adaptive"], name)?, parameter) {
             (0, None) => Ok(Self::Exact),
             (0, Some(_)) => Err("method exact takes no parameter: write exact alone".to_owned()),
-            (_, parameter) => {
+            (1, parameter) => {
                 let level =
                     parameter.and_then(|level| level.parse().ok()).filter(|&level| level <= MAX_LEVEL);
                 level.map(|level| Self::Pointwise { level }).ok_or_else(|| {
                     format!("method pointwise needs how often triangles are split, 0 to {MAX_LEVEL}: write pointwise:2")
+                })
+            }
+            (_, parameter) => {
+                let tolerance = parameter.and_then(|tolerance| tolerance.parse::<f64>().ok());
+                let tolerance = tolerance.filter(|tolerance| tolerance.is_finite() && *tolerance > 0.0);
+                tolerance.map(|tolerance| Self::Adaptive { tolerance }).ok_or_else(|| {
+                    "method adaptive needs the greatest distance from the surface, in world units, above 0: write adaptive:1e-3"
+                        .to_owned()
                 })
             }
         }
@@ -329,12 +343,16 @@ mod tests {
     fn methods_parse() {
         assert_eq!("exact".parse(), Ok(Method::Exact));
         for (text, message) in [
-            ("exat", r#"unknown method "exat" (known: exact, pointwise); did you mean "exact"?"#),
+            ("exat", r#"unknown method "exat" (known: exact, pointwise, adaptive); did you mean "exact"?"#),
             ("exact:2", "method exact takes no parameter: write exact alone"),
             ("pointwise", "method pointwise needs how often triangles are split, 0 to 12: write pointwise:2"),
             (
                 "pointwise:13",
                 "method pointwise needs how often triangles are split, 0 to 12: write pointwise:2",
+            ),
+            (
+                "adaptive:0",
+                "method adaptive needs the greatest distance from the surface, in world units, above 0: write adaptive:1e-3",
             ),
         ] {
             assert_eq!(text.parse::<Method>(), Err(message.to_owned()));

@@ -7,6 +7,7 @@ mod deformed;
 mod description;
 mod diagnostic;
 mod edits;
+mod facets;
 mod film_area;
 mod lattice_file;
 mod names;

@@ -1,7 +1,6 @@
 //! Names that a scene file or a flag chooses from, and what to say of any other name.
 
 use super::description::Outside;
-use super::unavailable;
 use crate::film::{Aov, Filter};
 use crate::shade::{
     FovAxis, IntegratorKind, MicrofacetDistribution, SamplerKind, TextureFilter, TextureWrap,
@@ -45,9 +44,6 @@ pub(super) fn lookup(what: &str, known: &[&str], name: &str) -> Result<usize, St
         return Ok(index);
     }
     let list = known.join(", ");
-    if unavailable::name(what, name) {
-        return Err(unavailable::message(&format!("{what} {name:?}"), &list));
-    }
     Err(format!("unknown {what} {} (known: {list}){}", quoted(name), did_you_mean(name, known)))
 }
 

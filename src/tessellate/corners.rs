@@ -28,6 +28,8 @@ pub(super) struct Part<'a> {
     pub(super) patch: &'a TrimmedPatch,
     /// Index of the prepared polygon it is cut from.
     pub(super) polygon: u32,
+    /// Index of the input face.
+    pub(super) face: u32,
 }
 
 /// A triangle within one sub-polygon.
@@ -77,7 +79,7 @@ pub(super) fn base_mesh(patches: &[TrimmedPatch]) -> Mesh<'_> {
             if outline.len() > 1 && outline[0].vertex == outline[outline.len() - 1].vertex {
                 outline.pop();
             }
-            parts.push(Part { patch, polygon: trim_loop.polygon });
+            parts.push(Part { patch, polygon: trim_loop.polygon, face: trim_loop.face });
             outlines.push(outline);
         }
     }

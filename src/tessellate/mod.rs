@@ -17,6 +17,7 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 use thiserror::Error;
 
+use crate::patch::{Facet, TrimmedPatch};
 use crate::trace::TracedObject;
 use corners::base_mesh;
 use refine::Refinement;
@@ -96,6 +97,33 @@ pub fn tessellate(
         }
     };
     Ok(finished(object, &refinement, deviation))
+}
+
+/// Triangles in place of patches, closer to the surface than `tolerance`, and as few as that takes.
+///
+/// They are at rest where the patches' frames say, so that everything that is known of a place of the undeformed object is
+/// known of the triangles too. `cancel` is set by another thread to stop.
+///
+/// # Errors
+/// As [`tessellate`].
+pub fn facets(
+    patches: &[TrimmedPatch],
+    tolerance: f64,
+    cancel: &AtomicBool,
+) -> Result<Vec<Facet>, TessellateError> {
+    let mut refinement = Refinement::new(base_mesh(patches), false, cancel);
+    refinement.refine_to(tolerance)?;
+    let mesh = &refinement.mesh;
+    let facet = |triangle: &corners::Triangle| {
+        let part = &mesh.parts[triangle.part as usize];
+        Facet {
+            polygon: part.polygon,
+            face: part.face,
+            rest: triangle.st.map(|st| part.patch.frame.point(st)),
+            corners: triangle.vertices.map(|vertex| mesh.positions[vertex as usize]),
+        }
+    };
+    Ok(mesh.triangles.iter().map(facet).collect())
 }
 
 /// The triangles with the attributes of their vertices, and without vertices that no triangle has.

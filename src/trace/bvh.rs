@@ -290,6 +290,73 @@ impl Bvh {
     }
 }
 
+impl Bvh {
+    /// Visits boxes by their distance from a point, the nearest child of each node first, while that is at most `far`;
+    /// `visit` is given a box's index and returns the new `far`.
+    pub(super) fn descend_by_distance(
+        &self,
+        point: DVec3,
+        mut far: f64,
+        mut visit: impl FnMut(usize) -> f64,
+    ) {
+        // far above the rounding of a point near the box of size 1, far below what anyone asks for
+        const ROUNDING: f64 = 1e-14;
+        let reach = |far: f64| (far * (1.0 + ROUNDING) + ROUNDING).powi(2);
+        let mut waiting: Vec<(f64, u32)> = Vec::new();
+        if !self.nodes.is_empty() {
+            waiting.push((0.0, 0));
+        }
+        while let Some((distance_sq, child)) = waiting.pop() {
+            if distance_sq > reach(far) {
+                continue;
+            }
+            if child & PRIMITIVE != 0 {
+                far = visit((child & !PRIMITIVE) as usize);
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            let start = waiting.len();
+            for (lane, &child) in node.children.iter().enumerate() {
+                let mut distance_sq = 0.0;
+                for axis in 0..3 {
+                    let [low, high] = node.planes[axis].map(|planes| f64::from(planes[lane]));
+                    let off = (low - point[axis]).max(point[axis] - high).max(0.0);
+                    distance_sq += off * off;
+                }
+                // unused lanes are infinitely far
+                if distance_sq.is_finite() && distance_sq <= reach(far) {
+                    waiting.push((distance_sq, child));
+                }
+            }
+            waiting[start..].sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+        }
+    }
+
+    /// Visits the boxes that have a point in common with `[low, high]`, and perhaps some that only nearly have.
+    pub(super) fn overlapping(&self, [low, high]: [DVec3; 2], mut visit: impl FnMut(usize)) {
+        let mut waiting = Vec::new();
+        if !self.nodes.is_empty() {
+            waiting.push(0_u32);
+        }
+        while let Some(child) = waiting.pop() {
+            if child & PRIMITIVE != 0 {
+                visit((child & !PRIMITIVE) as usize);
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            for (lane, &child) in node.children.iter().enumerate() {
+                let meets = |axis: usize| {
+                    let [from, to] = node.planes[axis].map(|planes| f64::from(planes[lane]));
+                    from <= high[axis] && low[axis] <= to
+                };
+                if meets(0) && meets(1) && meets(2) {
+                    waiting.push(child);
+                }
+            }
+        }
+    }
+}
+
 /// Nodes and boxes still to visit; kept from ray to ray.
 #[derive(Debug, Default)]
 pub(crate) struct Stack {

@@ -1,5 +1,6 @@
 //! Stage 4: rays against trimmed patches.
 
+mod box_tree;
 mod brute_force;
 mod bvh;
 mod clipping;
@@ -25,6 +26,7 @@ mod slabs;
 mod statistics;
 mod target;
 
+pub(crate) use box_tree::BoxTree;
 pub use brute_force::closest_hit_by_subdivision;
 pub use interaction::{Geometry, SurfaceInteraction};
 pub use ray::Ray;

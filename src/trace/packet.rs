@@ -31,6 +31,10 @@ pub(super) const PACKET: usize = HALVES * LANES;
 /// bounce off neighbouring points it takes a third less time, for those that start anywhere twice as much.
 const TOGETHER: f64 = 0.05;
 
+/// Leaves that a packet visits before its rays are traced alone after all: where leaves are smaller than the beam, they meet
+/// many that single rays do not. As many visits take about as long as the rays alone.
+const MAX_VISITS: usize = 64;
+
 /// What is asked of the rays of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Question {
@@ -104,7 +108,7 @@ struct Packet<S: Simd> {
     apart: [Option<PatchHit>; PACKET],
 }
 
-/// `None` if the rays are too few or too different to be traced as one.
+/// `None` if the rays are too few or too different to be traced as one, or meet too many leaves.
 #[inline(always)]
 fn trace<S: Simd>(
     simd: S,
@@ -124,13 +128,17 @@ fn trace<S: Simd>(
     }
     let mut packet = Packet { halves, apart: [None; PACKET] };
     let Scratch { stack, solver } = scratch;
-    solver.statistics.rays += rays.len() as u64;
+    let mut visits = 0;
     if let Some(slabs) = together {
         scene.bvh().traverse_packet(
             &slabs,
             stack,
             #[inline(always)]
             |index| {
+                visits += 1;
+                if visits > MAX_VISITS {
+                    return f64x8::splat(simd, f64::NEG_INFINITY);
+                }
                 for half in 0..HALVES {
                     packet.visit_leaf(simd, (scene, index), (rays, half), solver, question);
                 }
@@ -146,6 +154,11 @@ fn trace<S: Simd>(
             stack,
             #[inline(always)]
             |index, entered| {
+                visits += 1;
+                if visits > MAX_VISITS {
+                    let nowhere = f64x8::splat(simd, f64::NEG_INFINITY);
+                    return Some(slabs.distances([nowhere, nowhere]));
+                }
                 let mut changed = false;
                 for half in 0..HALVES {
                     if entered >> (half * LANES) & 0xff != 0 {
@@ -156,6 +169,10 @@ fn trace<S: Simd>(
             },
         );
     }
+    if visits > MAX_VISITS {
+        return None;
+    }
+    solver.statistics.rays += rays.len() as u64;
     Some(packet)
 }
 

@@ -1,0 +1,364 @@
+//! The search for the greatest distance.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::{DVec2, DVec3};
+use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+use super::flat::{Facet, FlatMesh, Neighbour};
+use super::surface::{Place, Surface};
+use super::{CERTAINTY, Deviation, DeviationError};
+use crate::math::polygon::clip_to_convex;
+
+/// Distances below this part of the size of all are rounding: of the surface's evaluation, and of parameters that are off by
+/// [`super::surface`]'s tolerance in a knot plane.
+const ROUNDING: f64 = 1e-13;
+
+/// How far the areas of the surface and of what triangles stand for may differ, in parts of it: by what rounding leaves out.
+const WHOLE: f64 = 1e-6;
+
+/// Triangles that the first search for a great distance looks at closely.
+const PROMISING: usize = 48;
+
+/// Points along the sides of the cells that it looks at.
+const CLOSELY: u32 = 24;
+
+/// Cells of one triangle that are halved before the search gives up.
+const MAX_CELLS: usize = 400_000;
+
+/// A part of the surface and what of a flat triangle stands for it.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    piece: usize,
+    corners: [Corner; 3],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    exact: Place,
+    flat: DVec3,
+}
+
+/// What is known of one flat triangle.
+#[derive(Clone, Copy, Debug, Default)]
+struct Measured {
+    /// Distances in the cells are probably about this.
+    likely: f64,
+    /// The integral of the distance, and of the angle in degrees, over the flat triangle; its area.
+    distance: f64,
+    angle: f64,
+    area: f64,
+    greatest_angle: f64,
+    /// Area of the undeformed surface that the triangle stands for.
+    rest_area: f64,
+}
+
+/// The greatest distance found, and what follows from it.
+#[derive(Clone, Copy, Debug)]
+struct Level {
+    found: f64,
+    rounding: f64,
+}
+
+impl Level {
+    /// Cells without a greater distance than this need no closer look. What is added for rounding is no part of the certainty.
+    fn enough(self) -> f64 {
+        (self.found * (1.0 + 0.98 * CERTAINTY)).max(2.0 * self.rounding)
+    }
+
+    /// A distance becomes the greatest if it is above this: enough below the other that either is certain of any place.
+    fn greater(self) -> f64 {
+        (self.found * (1.0 + 0.4 * CERTAINTY)).max(self.rounding)
+    }
+}
+
+/// The outcome of a search in one triangle.
+#[derive(Clone, Copy, Debug)]
+struct Outcome {
+    /// The greatest distance known.
+    level: Level,
+    /// If the search was given up: no distance is greater than this.
+    bound: f64,
+}
+
+pub(super) struct Search<'a> {
+    surface: &'a Surface<'a>,
+    mesh: &'a FlatMesh,
+    cancel: &'a AtomicBool,
+    /// Distances below this are rounding.
+    rounding: f64,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(surface: &'a Surface<'a>, mesh: &'a FlatMesh, cancel: &'a AtomicBool) -> Self {
+        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let corners = mesh.facets.iter().flat_map(|facet| facet.corners);
+        let [low, high] = corners.fold(none, |[low, high], p| [low.min(p), high.max(p)]);
+        // without triangles there is nothing to round
+        let size = if low.cmple(high).all() {
+            (high - low).length() + low.abs().max(high.abs()).length()
+        } else {
+            0.0
+        };
+        Self { surface, mesh, cancel, rounding: ROUNDING * size + 2.0 * surface.error }
+    }
+
+    pub(super) fn deviation(&self) -> Result<Deviation, DeviationError> {
+        let count = self.mesh.facets.len();
+        let measured: Vec<Measured> = (0..count).into_par_iter().map(|index| self.measure(index)).collect();
+        self.check_cancel()?;
+        let covered: f64 = measured.iter().map(|measured| measured.rest_area).sum();
+        let whole = self.surface.rest_area();
+        let off = (covered - whole).abs();
+        if off.is_nan() || off > WHOLE * whole {
+            return Err(DeviationError::NotWhole { share: covered / whole });
+        }
+        let mut level = Level { found: self.first_distance(&measured), rounding: self.rounding };
+        let outcomes: Vec<Outcome> =
+            (0..count).into_par_iter().map(|index| self.search(index, level)).collect();
+        self.check_cancel()?;
+        level.found = outcomes.iter().map(|outcome| outcome.level.found).fold(level.found, f64::max);
+        let bound = outcomes.iter().map(|outcome| outcome.bound).fold(level.enough(), f64::max);
+        if bound > level.enough() {
+            return Err(DeviationError::Uncertain { found: level.found, bound });
+        }
+        Ok(finished(&measured, level.found, bound + self.rounding))
+    }
+
+    fn check_cancel(&self) -> Result<(), DeviationError> {
+        if self.cancel.load(Ordering::Relaxed) { Err(DeviationError::Interrupted) } else { Ok(()) }
+    }
+
+    /// The cells of a flat triangle, its part over each piece as triangles, and their share of it.
+    fn cells(&self, index: usize) -> (Vec<Cell>, f64) {
+        let facet = &self.mesh.facets[index];
+        let mut cells = Vec::with_capacity(4);
+        let mut covered = 0.0;
+        for (piece, [a, b, c]) in self.surface.pieces_under(facet.face, facet.rest) {
+            let whole = (b - a).perp_dot(c - a);
+            let weights = |st: DVec2| {
+                let [of_b, of_c] = [(st - a).perp_dot(c - a) / whole, (b - a).perp_dot(st - a) / whole];
+                (1.0 - of_b - of_c, of_b, of_c)
+            };
+            let part = clip_to_convex(&[a, b, c], self.surface.pieces[piece].corners);
+            let corner = |st: DVec2| {
+                let (u, v, w) = weights(st);
+                let [p, q, r] = facet.corners;
+                Corner { exact: self.surface.pieces[piece].place(st), flat: u * p + v * q + w * r }
+            };
+            let corners: Vec<_> = part.into_iter().map(corner).collect();
+            for i in 1..corners.len().max(2) - 1 {
+                let corners = [corners[0], corners[i], corners[i + 1]];
+                let [p, q, r] = corners.map(|corner| corner.exact.st);
+                let share = ((q - p).perp_dot(r - p) / whole).abs();
+                // of what rounding leaves on a border
+                if share > 1e-12 {
+                    covered += share;
+                    cells.push(Cell { piece, corners });
+                }
+            }
+        }
+        (cells, covered)
+    }
+
+    fn measure(&self, index: usize) -> Measured {
+        let facet = &self.mesh.facets[index];
+        let (cells, covered) = self.cells(index);
+        let [a, b, c] = facet.rest;
+        let rest_area = covered * 0.5 * (b - a).cross(c - a).length();
+        let mut measured = Measured { rest_area, ..Measured::default() };
+        for Cell { piece, corners } in cells {
+            let [p, q, r] = corners.map(|corner| corner.flat);
+            let area = 0.5 * (q - p).cross(r - p).length();
+            let piece = &self.surface.pieces[piece];
+            let middles = [0, 1, 2].map(|i| 0.5 * (corners[i].exact.st + corners[(i + 1) % 3].exact.st));
+            let centre = (corners[0].exact.st + corners[1].exact.st + corners[2].exact.st) / 3.0;
+            let distance = |st: DVec2| facet.distance(piece.place(st).position);
+            let at_middles = middles.map(distance);
+            measured.likely =
+                at_middles.into_iter().chain([distance(centre)]).fold(measured.likely, f64::max);
+            measured.distance += area * at_middles.iter().sum::<f64>() / 3.0;
+            measured.area += area;
+            let angle = |st: DVec2| {
+                let normal = piece.normal(st);
+                libm::atan2(normal.cross(facet.normal).length(), normal.dot(facet.normal)).to_degrees()
+            };
+            let at_centre = angle(centre);
+            measured.angle += area * at_centre;
+            let at_corners = corners.map(|corner| angle(corner.exact.st));
+            measured.greatest_angle =
+                at_corners.into_iter().chain([at_centre]).fold(measured.greatest_angle, f64::max);
+        }
+        measured
+    }
+
+    /// A great distance, found by looking closely where it is likely.
+    fn first_distance(&self, measured: &[Measured]) -> f64 {
+        let mut order: Vec<usize> = (0..measured.len()).collect();
+        let promising = PROMISING.min(order.len());
+        let by_likely =
+            |&a: &usize, &b: &usize| measured[b].likely.total_cmp(&measured[a].likely).then(a.cmp(&b));
+        if promising < order.len() {
+            order.select_nth_unstable_by(promising, by_likely);
+            order.truncate(promising);
+        }
+        let look = |&index: &usize| {
+            let facet = &self.mesh.facets[index];
+            let mut farthest = (0.0, DVec3::ZERO);
+            for Cell { piece, corners } in self.cells(index).0 {
+                let [a, b, c] = corners.map(|corner| corner.exact.st);
+                for i in 0..=CLOSELY {
+                    for j in 0..=CLOSELY - i {
+                        let [v, w] = [i, j].map(|k| f64::from(k) / f64::from(CLOSELY));
+                        let st = (1.0 - v - w) * a + v * b + w * c;
+                        let position = self.surface.pieces[piece].place(st).position;
+                        let distance = facet.distance(position);
+                        if distance > farthest.0 {
+                            farthest = (distance, position);
+                        }
+                    }
+                }
+            }
+            self.mesh.distance(farthest.1, farthest.0)
+        };
+        order.par_iter().map(look).reduce(|| 0.0, f64::max)
+    }
+
+    /// The greatest distance of a triangle's part of the surface, and of the triangle itself, if it is above the one known.
+    fn search(&self, index: usize, level: Level) -> Outcome {
+        let facet = &self.mesh.facets[index];
+        let (mut open, _) = self.cells(index);
+        let cells = open.clone();
+        let mut outcome = Outcome { level, bound: 0.0 };
+        let mut neighbours = None;
+        let mut looked_at = 0;
+        while let Some(cell) = open.pop() {
+            looked_at += 1;
+            let enough = outcome.level.enough();
+            let points = cell.corners.map(|corner| corner.exact.position);
+            let bend = self.surface.pieces[cell.piece].bend(cell.corners.map(|corner| corner.exact.st));
+            let apart = points.map(|point| facet.distance(point)).into_iter().fold(0.0, f64::max);
+            if apart + bend <= enough {
+                continue;
+            }
+            let beside = neighbours.get_or_insert_with(|| self.mesh.neighbours(index));
+            if beside_bound(beside, facet, points, bend) <= enough {
+                continue;
+            }
+            let middle = self.middle(&cell);
+            let from_own = facet.distance(middle.exact.position);
+            if from_own > outcome.level.greater() {
+                let distance = self.mesh.distance(middle.exact.position, from_own);
+                if distance > outcome.level.greater() {
+                    outcome.level.found = distance;
+                }
+                // another triangle may be nearer to the whole cell
+                let extent =
+                    points.map(|p| p.distance(middle.exact.position)).into_iter().fold(0.0, f64::max);
+                if distance + extent + bend <= outcome.level.enough() {
+                    continue;
+                }
+            }
+            if looked_at > MAX_CELLS {
+                outcome.bound = outcome.bound.max(apart + bend);
+                continue;
+            }
+            open.extend(self.quarters(&cell));
+        }
+        self.search_triangle(cells, outcome)
+    }
+
+    /// The same for the flat triangle alone, given its cells.
+    fn search_triangle(&self, mut open: Vec<Cell>, mut outcome: Outcome) -> Outcome {
+        let mut looked_at = 0;
+        while let Some(cell) = open.pop() {
+            looked_at += 1;
+            let enough = outcome.level.enough();
+            if self.feet_bound(&cell, cell.piece) <= enough {
+                continue;
+            }
+            let middle = self.middle(&cell);
+            let piece = &self.surface.pieces[cell.piece];
+            let foot = piece.free_foot(middle.flat, middle.exact.st);
+            let elsewhere = (piece.clamped(foot) != foot)
+                .then(|| self.surface.piece_at(piece.rest(foot), cell.piece))
+                .flatten();
+            if elsewhere.is_some_and(|other| self.feet_bound(&cell, other) <= enough) {
+                continue;
+            }
+            let extent =
+                cell.corners.map(|corner| corner.flat.distance(middle.flat)).into_iter().fold(0.0, f64::max);
+            if extent <= 0.25 * enough {
+                let own = self.own_distance(&cell, &middle);
+                let [least, most] = self.surface.distance(middle.flat, own, enough - extent);
+                if least - self.rounding > outcome.level.greater() {
+                    outcome.level.found = least - self.rounding;
+                }
+                if most + extent <= outcome.level.enough() {
+                    continue;
+                }
+                if looked_at > MAX_CELLS {
+                    outcome.bound = outcome.bound.max(most + extent);
+                    continue;
+                }
+            }
+            open.extend(self.quarters(&cell));
+        }
+        outcome
+    }
+
+    fn own_distance(&self, cell: &Cell, middle: &Corner) -> f64 {
+        self.surface.pieces[cell.piece].foot(middle.flat, middle.exact.st).position.distance(middle.flat)
+    }
+
+    /// Bound of the distance of a cell's flat points from a piece: of its corners from their feet, and how the piece bends
+    /// between these.
+    fn feet_bound(&self, cell: &Cell, index: usize) -> f64 {
+        let piece = &self.surface.pieces[index];
+        let own = &self.surface.pieces[cell.piece];
+        let start = |corner: &Corner| {
+            if index == cell.piece { corner.exact.st } else { piece.parameters(own.rest(corner.exact.st)) }
+        };
+        let feet = cell.corners.map(|corner| piece.foot(corner.flat, start(&corner)));
+        let distances = [0, 1, 2].map(|i| feet[i].position.distance(cell.corners[i].flat));
+        distances.into_iter().fold(0.0, f64::max) + piece.bend(feet.map(|foot| foot.st))
+    }
+
+    fn middle(&self, cell: &Cell) -> Corner {
+        let [a, b, c] = cell.corners;
+        let st = (a.exact.st + b.exact.st + c.exact.st) / 3.0;
+        Corner { exact: self.surface.pieces[cell.piece].place(st), flat: (a.flat + b.flat + c.flat) / 3.0 }
+    }
+
+    fn quarters(&self, cell: &Cell) -> [Cell; 4] {
+        let piece = &self.surface.pieces[cell.piece];
+        let [a, b, c] = cell.corners;
+        let half = |p: Corner, q: Corner| Corner {
+            exact: piece.place(0.5 * (p.exact.st + q.exact.st)),
+            flat: 0.5 * (p.flat + q.flat),
+        };
+        let [ab, bc, ca] = [half(a, b), half(b, c), half(c, a)];
+        [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            .map(|corners| Cell { piece: cell.piece, corners })
+    }
+}
+
+/// The least bound by one of the neighbours.
+fn beside_bound(neighbours: &[Option<Neighbour>; 3], facet: &Facet, points: [DVec3; 3], bend: f64) -> f64 {
+    let bounds = (0..).zip(neighbours).filter_map(|(edge, neighbour)| {
+        neighbour.as_ref().map(|neighbour| neighbour.bound(facet, edge, points, bend))
+    });
+    bounds.fold(f64::INFINITY, f64::min)
+}
+
+fn finished(measured: &[Measured], max: f64, bound: f64) -> Deviation {
+    let sum = |of: fn(&Measured) -> f64| measured.iter().map(of).sum::<f64>();
+    let area = sum(|measured| measured.area).max(f64::MIN_POSITIVE);
+    Deviation {
+        max,
+        bound,
+        mean: sum(|measured| measured.distance) / area,
+        normal_max: measured.iter().map(|measured| measured.greatest_angle).fold(0.0, f64::max),
+        normal_mean: sum(|measured| measured.angle) / area,
+    }
+}

@@ -1,0 +1,332 @@
+//! The exact surface as pieces whose curvature is bounded.
+
+use std::collections::BinaryHeap;
+
+use glam::{DVec2, DVec3, DVec4};
+
+use super::order::ByValue;
+use crate::math::polygon;
+use crate::patch::{BezierPatch, TrimmedPatch};
+use crate::trace::BoxTree;
+
+/// How far a point may be from a piece's plane before the deformation, in parts of the object's size then: pieces are moved
+/// into shared planes by less than this.
+const SAME_PLANE: f64 = 1e-9;
+
+/// Steps of Newton's method toward the nearest point of a piece.
+const STEPS: usize = 3;
+
+/// How closely the nearest point of the surface is found, in parts of its distance.
+const NEAREST: f64 = 1e-3;
+
+/// Most parts of the surface that are looked at for one nearest point.
+const MOST_PARTS: usize = 200_000;
+
+/// A convex part of a patch: one of its trim's loops.
+#[derive(Debug)]
+pub(super) struct Piece<'a> {
+    patch: &'a TrimmedPatch,
+    pub(super) corners: &'a [DVec2],
+    face: u32,
+    /// The parameters of a point of the frame's plane are its products with these, from the origin.
+    dual: [DVec3; 2],
+    normal: DVec3,
+    /// Bounds of the second partials by s twice, by both, and by t twice, over the loop's bounding rectangle.
+    second: [f64; 3],
+}
+
+/// Parameters in a piece and the point there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub(super) st: DVec2,
+    pub(super) position: DVec3,
+}
+
+/// A surface made of pieces.
+#[derive(Debug)]
+pub(super) struct Surface<'a> {
+    pub(super) pieces: Vec<Piece<'a>>,
+    by_rest: BoxTree,
+    by_position: BoxTree,
+    same_plane: f64,
+    /// Bound on how far the patches are from the true surface.
+    pub(super) error: f64,
+}
+
+impl<'a> Surface<'a> {
+    pub(super) fn new(patches: &'a [TrimmedPatch]) -> Self {
+        let pieces: Vec<_> = patches
+            .iter()
+            .flat_map(|patch| patch.trim.loops().iter().map(move |trim_loop| (patch, trim_loop)))
+            .map(|(patch, trim_loop)| Piece::new(patch, patch.trim.corners(trim_loop), trim_loop.face))
+            .collect();
+        let rest_boxes: Vec<_> = pieces.iter().map(Piece::rest_bounds).collect();
+        let boxes: Vec<_> = pieces.iter().map(Piece::bounds).collect();
+        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let [low, high] = rest_boxes.iter().fold(none, |[low, high], [a, b]| [low.min(*a), high.max(*b)]);
+        Self {
+            by_rest: BoxTree::build(&rest_boxes),
+            by_position: BoxTree::build(&boxes),
+            same_plane: SAME_PLANE * (high - low).length(),
+            error: patches.iter().map(TrimmedPatch::error).fold(0.0, f64::max),
+            pieces,
+        }
+    }
+
+    /// Area before the deformation.
+    pub(super) fn rest_area(&self) -> f64 {
+        let area = |piece: &Piece<'_>| {
+            let frame = &piece.patch.frame;
+            0.5 * polygon::doubled_area(piece.corners) * frame.s.cross(frame.t).length()
+        };
+        self.pieces.iter().map(area).sum()
+    }
+
+    /// Pieces of an input face whose plane holds three points before the deformation, and the points' parameters there.
+    pub(super) fn pieces_under(&self, face: u32, rest: [DVec3; 3]) -> Vec<(usize, [DVec2; 3])> {
+        let low = rest[0].min(rest[1]).min(rest[2]) - self.same_plane;
+        let high = rest[0].max(rest[1]).max(rest[2]) + self.same_plane;
+        let mut found = Vec::new();
+        self.by_rest.overlapping([low, high], |index| {
+            let piece = &self.pieces[index];
+            if piece.face == face && rest.iter().all(|&p| piece.height(p).abs() <= self.same_plane) {
+                found.push((index, rest.map(|p| piece.parameters(p))));
+            }
+        });
+        found.sort_unstable_by_key(|(index, _)| *index);
+        found
+    }
+
+    /// The piece that holds a point of the undeformed object, if there is one besides `but`.
+    pub(super) fn piece_at(&self, rest: DVec3, but: usize) -> Option<usize> {
+        let mut found = None;
+        self.by_rest.overlapping([rest - self.same_plane, rest + self.same_plane], |index| {
+            let piece = &self.pieces[index];
+            let holds = || {
+                let st = piece.parameters(rest);
+                piece.height(rest).abs() <= self.same_plane && piece.clamped(st).distance(st) <= 1e-9
+            };
+            if index != but && found.is_none_or(|known| index < known) && holds() {
+                found = Some(index);
+            }
+        });
+        found
+    }
+
+    /// Bounds of the distance between a point and the surface, less its `error`: no less than the first, no more than the second,
+    /// which is `within` at most. The first is 0 if the second is found to be `enough` or less.
+    ///
+    /// Parts are halved, those that can be nearest first; a part is near the triangle of its corners by its second partials.
+    pub(super) fn distance(&self, point: DVec3, within: f64, enough: f64) -> [f64; 2] {
+        let mut nearest = within;
+        let mut parts: BinaryHeap<ByValue<(usize, [Place; 3])>> = BinaryHeap::new();
+        let consider = |parts: &mut BinaryHeap<_>, nearest: &mut f64, index: usize, corners: [Place; 3]| {
+            let piece: &Piece<'_> = &self.pieces[index];
+            *nearest =
+                corners.iter().fold(*nearest, |least, corner| least.min(corner.position.distance(point)));
+            let flat = super::triangle::distance(corners.map(|corner| corner.position), point);
+            let least = flat - piece.bend(corners.map(|corner| corner.st));
+            if least < *nearest {
+                parts.push(ByValue(-least, (index, corners)));
+            }
+        };
+        self.by_position.nearest(point, within, |index| {
+            let piece = &self.pieces[index];
+            let places: Vec<_> = piece.corners.iter().map(|&st| piece.place(st)).collect();
+            for i in 1..places.len() - 1 {
+                consider(&mut parts, &mut nearest, index, [places[0], places[i], places[i + 1]]);
+            }
+            let middle = piece.corners.iter().sum::<DVec2>() / places.len() as f64;
+            nearest = nearest.min(piece.foot(point, middle).position.distance(point));
+            // no box is nearer than that
+            if nearest <= enough { -1.0 } else { nearest }
+        });
+        let mut looked_at = 0;
+        while let Some(ByValue(least, (index, corners))) = parts.pop() {
+            let least = -least;
+            looked_at += 1;
+            if nearest <= enough {
+                return [0.0, nearest];
+            }
+            if least >= nearest * (1.0 - NEAREST) || looked_at > MOST_PARTS {
+                return [least.clamp(0.0, nearest), nearest];
+            }
+            let piece = &self.pieces[index];
+            if looked_at % 16 == 1 {
+                let foot = piece.foot(point, (corners[0].st + corners[1].st + corners[2].st) / 3.0);
+                nearest = nearest.min(foot.position.distance(point));
+            }
+            let [a, b, c] = corners;
+            let middle = |p: Place, q: Place| piece.place(0.5 * (p.st + q.st));
+            let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+            for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+                consider(&mut parts, &mut nearest, index, corners);
+            }
+        }
+        [nearest, nearest]
+    }
+}
+
+impl<'a> Piece<'a> {
+    fn new(patch: &'a TrimmedPatch, corners: &'a [DVec2], face: u32) -> Self {
+        let (s, t) = (patch.frame.s, patch.frame.t);
+        let normal = s.cross(t);
+        let area_sq = normal.length_squared();
+        let dual = [t.cross(normal) / area_sq, normal.cross(s) / area_sq];
+        let [low, high] = polygon::bounds(corners.iter().copied()).unwrap_or_default();
+        let second = second_partials(&patch.patch, [low, high]);
+        Self { patch, corners, face, dual, normal: normal / area_sq.sqrt(), second }
+    }
+
+    fn height(&self, rest: DVec3) -> f64 {
+        self.normal.dot(rest - self.patch.frame.origin)
+    }
+
+    pub(super) fn parameters(&self, rest: DVec3) -> DVec2 {
+        let offset = rest - self.patch.frame.origin;
+        DVec2::new(self.dual[0].dot(offset), self.dual[1].dot(offset))
+    }
+
+    pub(super) fn rest(&self, st: DVec2) -> DVec3 {
+        self.patch.frame.point(st)
+    }
+
+    fn rest_bounds(&self) -> [DVec3; 2] {
+        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let places = self.corners.iter().map(|&st| self.rest(st));
+        places.fold(none, |[low, high], p| [low.min(p), high.max(p)])
+    }
+
+    fn bounds(&self) -> [DVec3; 2] {
+        let [low, high] = polygon::bounds(self.corners.iter().copied()).unwrap_or_default();
+        self.patch.patch.subpatch(low, high).hull_bounds()
+    }
+
+    pub(super) fn place(&self, st: DVec2) -> Place {
+        Place { st, position: self.patch.patch.homogeneous(st).0 }
+    }
+
+    /// Unit normal; zero where there is none.
+    pub(super) fn normal(&self, st: DVec2) -> DVec3 {
+        self.patch.patch.eval(st).normal().normalize_or_zero()
+    }
+
+    /// Bound on the distance between the surface over a triangle of parameters and the flat triangle of its corners, at equal
+    /// barycentric coordinates.
+    ///
+    /// By Taylor's theorem the difference is half the mean of the second derivatives along the ways to the corners, weighted by
+    /// the coordinates; the weighted squares of the ways along s are at most a quarter of the triangle's extent squared.
+    pub(super) fn bend(&self, [a, b, c]: [DVec2; 3]) -> f64 {
+        let extent = a.max(b).max(c) - a.min(b).min(c);
+        let [ss, st, tt] = self.second;
+        0.125 * (ss * extent.x * extent.x + 2.0 * st * extent.x * extent.y + tt * extent.y * extent.y)
+    }
+
+    /// The point of the piece's closed outline that is nearest to parameters outside; these themselves inside.
+    pub(super) fn clamped(&self, st: DVec2) -> DVec2 {
+        let mut nearest = (f64::INFINITY, st);
+        let mut inside = true;
+        for (i, &from) in self.corners.iter().enumerate() {
+            let along = self.corners[(i + 1) % self.corners.len()] - from;
+            if along.perp_dot(st - from) >= 0.0 {
+                continue;
+            }
+            inside = false;
+            let fraction = ((st - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+            let candidate = from + fraction * along;
+            let distance_sq = candidate.distance_squared(st);
+            if distance_sq < nearest.0 {
+                nearest = (distance_sq, candidate);
+            }
+        }
+        if inside { st } else { nearest.1 }
+    }
+
+    /// Parameters, not bound to the piece, where the patch's tangent plane is nearest to a point: Gauss-Newton from a start.
+    pub(super) fn free_foot(&self, point: DVec3, start: DVec2) -> DVec2 {
+        let mut st = start;
+        for _ in 0..STEPS {
+            let at = self.patch.patch.eval(st);
+            let offset = point - at.position;
+            let normal = at.dp_ds.cross(at.dp_dt);
+            let step = DVec2::new(offset.cross(at.dp_dt).dot(normal), at.dp_ds.cross(offset).dot(normal))
+                / normal.length_squared();
+            if !step.is_finite() {
+                break;
+            }
+            st = (st + step).clamp(DVec2::splat(-0.5), DVec2::splat(1.5));
+        }
+        st
+    }
+
+    /// A point of the piece near the nearest to `point`.
+    pub(super) fn foot(&self, point: DVec3, start: DVec2) -> Place {
+        self.place(self.clamped(self.free_foot(point, start)))
+    }
+}
+
+/// Bounds of the second partials of a patch over a rectangle: differences of control points (Farin 2002, section 5.3); for a
+/// rational patch N / w by the quotient rule, with N about the rectangle's middle.
+fn second_partials(patch: &BezierPatch, [low, high]: [DVec2; 2]) -> [f64; 3] {
+    let size = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
+    let part = patch.subpatch(low, high);
+    let [m, n] = part.degree();
+    let points: Vec<DVec4> = part.control_points().collect();
+    let [least, most] = part.hull_bounds();
+    let middle = 0.5 * (least + most);
+    let net = |i: usize, j: usize| {
+        let point = points[i * (n + 1) + j];
+        (point.truncate() - point.w * middle, point.w)
+    };
+    let differences = Differences { net: &net, degree: [m, n] };
+    let least_weight = points.iter().map(|point| point.w).fold(f64::INFINITY, f64::min);
+    let radius = 0.5 * (most - least).length();
+    // of the parts N and w
+    let [first_s, first_t] = [differences.greatest([1, 0]), differences.greatest([0, 1])];
+    let slope = |[of_n, of_w]: [f64; 2]| (of_n + radius * of_w) / least_weight;
+    let (by_s, by_t) = (slope(first_s), slope(first_t));
+    let quotient = |[of_n, of_w]: [f64; 2], crossed: f64| (of_n + crossed + radius * of_w) / least_weight;
+    let ss = quotient(differences.greatest([2, 0]), 2.0 * by_s * first_s[1]);
+    let tt = quotient(differences.greatest([0, 2]), 2.0 * by_t * first_t[1]);
+    let st = quotient(differences.greatest([1, 1]), by_s * first_t[1] + by_t * first_s[1]);
+    [ss / (size.x * size.x), st / (size.x * size.y), tt / (size.y * size.y)]
+}
+
+/// Differences of a control net.
+struct Differences<'n> {
+    net: &'n dyn Fn(usize, usize) -> (DVec3, f64),
+    degree: [usize; 2],
+}
+
+impl Differences<'_> {
+    /// Greatest partial derivative of some orders, of the points and of the weights, by control points.
+    fn greatest(&self, [of_s, of_t]: [usize; 2]) -> [f64; 2] {
+        let [m, n] = self.degree;
+        if of_s > m || of_t > n {
+            return [0.0; 2];
+        }
+        let factor = |degree: usize, order: usize| (0..order).map(|k| (degree - k) as f64).product::<f64>();
+        let scale = factor(m, of_s) * factor(n, of_t);
+        let binomial = |order: usize| -> &[f64] {
+            match order {
+                0 => &[1.0],
+                1 => &[-1.0, 1.0],
+                _ => &[1.0, -2.0, 1.0],
+            }
+        };
+        let mut greatest = [0.0_f64; 2];
+        for i in 0..=m - of_s {
+            for j in 0..=n - of_t {
+                let mut sum = (DVec3::ZERO, 0.0);
+                for (k, a) in binomial(of_s).iter().enumerate() {
+                    for (l, b) in binomial(of_t).iter().enumerate() {
+                        let (point, weight) = (self.net)(i + k, j + l);
+                        sum = (sum.0 + a * b * point, sum.1 + a * b * weight);
+                    }
+                }
+                greatest = [greatest[0].max(scale * sum.0.length()), greatest[1].max(scale * sum.1.abs())];
+            }
+        }
+        greatest
+    }
+}

@@ -1,0 +1,68 @@
+//! Objects of flat triangles in place of a deformed shape.
+
+use glam::{DVec2, DVec3};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+
+use crate::patch::{Facet, TrimmedPatch};
+use crate::spline::{Cell, SplineVolume};
+use crate::trace::VertexAttributes;
+
+/// The patches of triangles and what is looked up at their hits. `exact` looks up where the shape itself would be; with
+/// `vertex_normals` it is asked at the triangles' corners alone. `volume` is the first that deforms the object.
+pub(super) fn facet_object(
+    mut facets: Vec<Facet>,
+    exact: Box<dyn VertexAttributes>,
+    vertex_normals: bool,
+    volume: Option<&SplineVolume>,
+) -> (Vec<TrimmedPatch>, Box<dyn VertexAttributes>) {
+    let patches = |facets: &[Facet]| facets.par_iter().filter_map(Facet::patch).collect();
+    if !vertex_normals {
+        return (patches(&facets), exact);
+    }
+    let normal =
+        |polygon: u32, rest: DVec3| exact.normal(polygon, rest, volume.and_then(|volume| volume.cell(rest)));
+    let corners = facets
+        .par_iter()
+        .map(|facet| (facet.polygon, facet.rest, facet.rest.map(|rest| normal(facet.polygon, rest))))
+        .collect();
+    for (number, facet) in (0..).zip(&mut facets) {
+        facet.polygon = number;
+    }
+    (patches(&facets), Box::new(InterpolatedNormals { exact, corners }))
+}
+
+/// Normals that are linear between the corners of each triangle, as renderers of meshes have them.
+#[derive(Debug)]
+struct InterpolatedNormals {
+    exact: Box<dyn VertexAttributes>,
+    /// Of each triangle the prepared polygon, the corners before the deformation, and the deformed normals there.
+    corners: Vec<(u32, [DVec3; 3], [Option<DVec3>; 3])>,
+}
+
+impl VertexAttributes for InterpolatedNormals {
+    fn uv(&self, polygon: u32, rest: DVec3) -> DVec2 {
+        self.exact.uv(self.corners[polygon as usize].0, rest)
+    }
+
+    fn uv_gradients(&self, polygon: u32, rest: DVec3) -> Option<[DVec3; 2]> {
+        self.exact.uv_gradients(self.corners[polygon as usize].0, rest)
+    }
+
+    fn normal(&self, polygon: u32, rest: DVec3, _cell: Option<Cell>) -> Option<DVec3> {
+        let (_, [a, b, c], normals) = &self.corners[polygon as usize];
+        let [Some(of_a), Some(of_b), Some(of_c)] = *normals else { return None };
+        let whole = (b - a).cross(c - a);
+        let share = |p: DVec3, q: DVec3| (p - rest).cross(q - rest).dot(whole) / whole.length_squared();
+        (of_a * share(*b, *c) + of_b * share(*c, *a) + of_c * share(*a, *b)).try_normalize()
+    }
+
+    fn rest(&self, polygon: u32, place: DVec3) -> DVec3 {
+        self.exact.rest(self.corners[polygon as usize].0, place)
+    }
+
+    fn each_number(&self, visit: &mut dyn FnMut(f64)) {
+        self.exact.each_number(visit);
+        let normals = self.corners.iter().flat_map(|(_, _, normals)| normals).flatten();
+        normals.flat_map(|normal| normal.to_array()).for_each(visit);
+    }
+}
