@@ -6,6 +6,8 @@ mod compose;
 mod evaluate;
 mod exact;
 mod interpolation;
+mod triangular;
+mod triangular_build;
 mod trim;
 
 pub(crate) use bezier_patch::Extent;
@@ -17,5 +19,7 @@ pub use compose::Composer;
 pub(crate) use evaluate::{OrderWork, PointLanes};
 pub use exact::{ExactSurface, Overlap};
 pub use interpolation::compose_by_interpolation;
+pub use triangular::TriangularPatch;
+pub use triangular_build::{DeformedTriangles, TriangularPiece, deform_triangles};
 pub(crate) use trim::TrimBuilder;
 pub use trim::{TrimLoop, TrimRegion};
