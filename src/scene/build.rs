@@ -28,6 +28,7 @@ use super::diagnostic::{Diagnostic, Location, SceneError};
 use super::pointwise::{Pointwise, deform_pointwise};
 use super::self_intersection::self_intersection;
 use super::surface_object::{SurfaceObject, surface_object};
+use super::triangular::TriangularCounts;
 
 /// A scene ready to trace and render.
 #[derive(Debug)]
@@ -57,6 +58,8 @@ pub struct BuiltObject {
     pub lattices: Vec<BuiltLattice>,
     /// Sub-polygons it was cut into.
     pub subpolygons: usize,
+    /// Its triangular patches, if it is made of such.
+    pub triangular: Option<TriangularCounts>,
     /// What may not be as its author meant it.
     pub warnings: Vec<String>,
 }
@@ -225,10 +228,18 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
     }
     let load = started.elapsed();
     let deforming = Deforming { scene, object, undeformed: Undeformed::Polygons(&polygons) };
+    let mut triangular = None;
     let (patches, subpolygons, lattices, times, attributes): (_, _, _, _, Box<dyn VertexAttributes>) =
         match object.method {
             Method::Exact => {
                 let Deformed { patches, subpolygons, lattices, times, .. } = deforming.deformed()?;
+                let attributes = attributes_of(object, &mesh, polygons, &lattices);
+                (patches, subpolygons, lattices, times, Box::new(attributes))
+            }
+            Method::Triangular => {
+                let (deformed, counts) = deforming.triangular()?;
+                triangular = Some(counts);
+                let Deformed { patches, subpolygons, lattices, times, .. } = deformed;
                 let attributes = attributes_of(object, &mesh, polygons, &lattices);
                 (patches, subpolygons, lattices, times, Box::new(attributes))
             }
@@ -246,7 +257,7 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
     let traced = TracedObject { name: object.name.value.clone(), patches, attributes };
     Ok(MadeObject {
         traced,
-        built: BuiltObject { notes, lattices, subpolygons, warnings: Vec::new() },
+        built: BuiltObject { notes, lattices, subpolygons, triangular, warnings: Vec::new() },
         load,
         times,
     })
@@ -282,7 +293,8 @@ fn built_surface(
             warned.extend(found.into_iter().map(|warning| format!("deformation {number}: {warning}")));
         }
     }
-    let built = BuiltObject { notes: MeshNotes::default(), lattices, subpolygons, warnings: warned };
+    let notes = MeshNotes::default();
+    let built = BuiltObject { notes, lattices, subpolygons, triangular: None, warnings: warned };
     let traced = TracedObject { name: object.name.value.clone(), patches, attributes: Box::new(attributes) };
     Ok(MadeObject { traced, built, load, times })
 }
