@@ -137,6 +137,7 @@ fn bad_flags() {
     render(&["--max-depth", "-2"], &["--max-depth"]);
     render(&["--integrator", "pth"], &["path"]);
     render(&["--method", "exat"], &["exact"]);
+    render(&["--method", "triangular:2"], &["--method", "write triangular alone"]);
     render(&["--threads", "0"], &["--threads"]);
     render(&["--nonsense"], &["--nonsense"]);
     render(&["-o", "nowhere/x.exr"], &["nowhere"]);
@@ -146,6 +147,18 @@ fn bad_flags() {
     at.refuse(&["info", "scene.toml", "--stats"], &["--stats"]);
     at.refuse(&["nonsense"], &["nonsense"]);
     at.refuse(&[], &["Usage"]);
+}
+
+#[test]
+fn triangular_patches_take_one_lattice_at_most() {
+    let at = TestFolder::new();
+    let lattice = SCENE.split_once("[[object.deform]]").unwrap().1;
+    at.write("scene.toml", format!("{SCENE}[[object.deform]]{lattice}"));
+    at.refuse(
+        &["info", "scene.toml", "--method", "triangular"],
+        &["scene.toml:11:", "object \"cube\"", "one lattice at most", "\"exact\""],
+    );
+    at.succeed(&["info", "scene.toml"]);
 }
 
 #[test]

@@ -57,6 +57,25 @@ fn info_counts_the_cube_of_fengs_table_2() {
 }
 
 #[test]
+fn info_counts_the_triangular_patches_of_the_method_before() {
+    let at = TestFolder::new();
+    let run = at.succeed(&["info", "scene.toml", "--json", "--method", "triangular"]);
+    let info: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let object = &info["objects"][0];
+    for (key, want) in [("subpolygons", 60), ("patches", 60), ("control_points", 60 * 49)] {
+        assert_eq!(object[key], want, "{key}");
+    }
+    assert_eq!(object["method"], "triangular");
+    assert_eq!(object["degrees"], serde_json::json!({ "6x6": 60 }));
+    let triangular = &object["triangular"];
+    assert_eq!((&triangular["patches"], &triangular["control_points"]), (&60.into(), &(60 * 28).into()));
+    assert!(triangular["bytes"].as_u64() < object["bytes"].as_u64());
+    assert_eq!(object["injective"], true);
+    let table = at.succeed(&["info", "scene.toml", "--method", "triangular"]).stdout;
+    assert!(table.contains("60 patches, 1680 control points"), "{table}");
+}
+
+#[test]
 fn info_says_what_the_acceleration_structure_is_and_what_a_ray_costs() {
     let at = TestFolder::new();
     let info = || -> serde_json::Value {

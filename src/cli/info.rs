@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::export::to_json;
 use crate::patch::TrimmedPatch;
-use crate::scene::{BuiltLattice, BuiltScene, ObjectDescription, SceneDescription};
+use crate::scene::{BuiltLattice, BuiltScene, ObjectDescription, SceneDescription, TriangularCounts};
 use crate::spline::{Orientation, orientation};
 
 use super::statistics::{Acceleration, Sample, readable};
@@ -44,6 +44,7 @@ struct ObjectInfo {
     patches: usize,
     degrees: BTreeMap<String, usize>,
     control_points: usize,
+    triangular: Option<Triangular>,
     cells: usize,
     certified_error: f64,
     lattice: Option<Lattice>,
@@ -53,6 +54,14 @@ struct ObjectInfo {
     bounds: [[f64; 3]; 2],
     bytes: usize,
     notes: Vec<String>,
+}
+
+/// Triangular patches before they are converted to the patches that are traced.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Triangular {
+    patches: usize,
+    control_points: usize,
+    bytes: usize,
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -123,6 +132,11 @@ fn object_info(built: &BuiltScene, object: usize, description: &ObjectDescriptio
         patches: traced.patches.len(),
         degrees,
         control_points: traced.patches.iter().map(|patch| patch.patch.control_points().len()).sum(),
+        triangular: made.triangular.map(|TriangularCounts { patches, control_points, bytes }| Triangular {
+            patches,
+            control_points,
+            bytes,
+        }),
         cells: cells.clone().count(),
         certified_error: cells.map(|exact| exact.error()).fold(0.0, f64::max),
         lattice: lattices.first().copied(),
@@ -166,6 +180,14 @@ fn table(info: &Info) -> String {
             object.degrees.iter().map(|(degree, count)| format!("{count} of {degree}")).collect();
         line("  patches", format!("{} ({})", object.patches, degrees.join(", ")));
         line("  control points", object.control_points.to_string());
+        if let Some(Triangular { patches, control_points, bytes }) = object.triangular {
+            line(
+                "  triangular",
+                format!(
+                    "{patches} patches, {control_points} control points, {bytes} bytes before conversion"
+                ),
+            );
+        }
         if object.cells > 0 {
             let error = object.certified_error;
             line(

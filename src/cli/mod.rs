@@ -56,7 +56,7 @@ struct SceneArgs {
     /// Threads to work with [default: one for each processor]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
-    /// How deformed shapes are represented, for all objects: exact, pointwise:L, or adaptive:TOL
+    /// How deformed shapes are represented, for all objects: exact, pointwise:L, adaptive:TOL, or triangular
     #[arg(long, value_name = "M")]
     method: Option<crate::scene::Method>,
     /// Where drags contradict each other, take the best compromise instead of stopping

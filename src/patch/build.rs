@@ -21,7 +21,7 @@ use super::trim::{TrimBuilder, TrimRegion};
 ///
 /// The weight function of a volume with positive weights is positive on the trimmed part, so a few halvings do; 60
 /// would take both sides below the rounding of their parameters.
-const MAX_HALVINGS: usize = 60;
+pub(super) const MAX_HALVINGS: usize = 60;
 
 /// A planar convex polygon of the undeformed object.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +45,7 @@ pub struct Deformation<'a> {
 #[derive(Clone, Debug)]
 pub struct TrimmedPatch {
     /// See [`Self::cell`].
-    cell: Option<[u32; 3]>,
+    pub(super) cell: Option<[u32; 3]>,
     /// From the patch's unit square to the undeformed plane.
     pub frame: Frame,
     /// The surface.
@@ -311,8 +311,7 @@ impl Builder<'_> {
             return Err(BuildError::NotFinite { face });
         }
         if patch.has_positive_weights() {
-            let interval = |index| u32::try_from(index).expect("fewer than 2^32 knots fit in memory");
-            let cell = cell.map(|cell| cell.map(interval));
+            let cell = cell.map(short_cell);
             self.patches.push(TrimmedPatch { cell, frame, patch, trim, boundary_error, exact: None });
             return Ok(());
         }
@@ -320,16 +319,22 @@ impl Builder<'_> {
             return Err(BuildError::Weights { face });
         }
         for side in [Side::Below, Side::Above] {
-            if let Some((frame, trim)) = half(&frame, &trim, halvings % 2, side) {
-                self.add_patch(cell, frame, trim, boundary_error, halvings + 1)?;
+            if let Some(([low, high], trim)) = half(&trim, halvings % 2, side) {
+                self.add_patch(cell, frame.restricted(low, high), trim, boundary_error, halvings + 1)?;
             }
         }
         Ok(())
     }
 }
 
-/// The half of a trimmed frame on one side of its middle, fitted to the trim; `None` if no trim is left there.
-fn half(frame: &Frame, trim: &TrimRegion, axis: usize, side: Side) -> Option<(Frame, TrimRegion)> {
+/// A knot box as patches keep it.
+pub(super) fn short_cell(cell: Cell) -> [u32; 3] {
+    cell.map(|interval| u32::try_from(interval).expect("fewer than 2^32 knots fit in memory"))
+}
+
+/// The half of a trim on one side of the square's middle: its bounding rectangle, and the trim in parameters of that;
+/// `None` if nothing is left there.
+pub(super) fn half(trim: &TrimRegion, axis: usize, side: Side) -> Option<([DVec2; 2], TrimRegion)> {
     let mut clipped = TrimBuilder::default();
     let mut kept = Vec::new();
     for trim_loop in trim.loops() {
@@ -345,7 +350,7 @@ fn half(frame: &Frame, trim: &TrimRegion, axis: usize, side: Side) -> Option<(Fr
         let corners = clipped.corners(trim_loop).iter().map(|&st| (st - low) / (high - low));
         fitted.push(trim_loop.polygon, trim_loop.face, corners);
     }
-    Some((frame.restricted(low, high), fitted.finish()))
+    Some(([low, high], fitted.finish()))
 }
 
 #[cfg(test)]

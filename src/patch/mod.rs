@@ -7,6 +7,8 @@ mod evaluate;
 mod exact;
 mod facet;
 mod interpolation;
+mod triangular;
+mod triangular_build;
 mod trim;
 
 pub(crate) use bezier_patch::Extent;
@@ -19,5 +21,7 @@ pub(crate) use evaluate::{OrderWork, PointLanes};
 pub use exact::{ExactSurface, Overlap};
 pub use facet::Facet;
 pub use interpolation::compose_by_interpolation;
+pub use triangular::TriangularPatch;
+pub use triangular_build::{DeformedTriangles, TriangularPiece, deform_triangles};
 pub(crate) use trim::TrimBuilder;
 pub use trim::{TrimLoop, TrimRegion};

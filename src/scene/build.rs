@@ -31,6 +31,7 @@ use super::facets::facet_object;
 use super::pointwise::deform_pointwise;
 use super::self_intersection::self_intersection;
 use super::surface_object::{SurfaceObject, surface_object};
+use super::triangular::TriangularCounts;
 
 /// A scene ready to trace and render.
 #[derive(Debug)]
@@ -60,6 +61,8 @@ pub struct BuiltObject {
     pub lattices: Vec<BuiltLattice>,
     /// Sub-polygons it was cut into.
     pub subpolygons: usize,
+    /// Its triangular patches, if it is made of such.
+    pub triangular: Option<TriangularCounts>,
     /// What may not be as its author meant it.
     pub warnings: Vec<String>,
 }
@@ -239,9 +242,13 @@ fn build_object(scene: &SceneDescription, object: &ObjectDescription) -> Result<
         let times = BuildTimes { subdivide: started.elapsed(), compose: Duration::ZERO };
         Represented::by_facets(object, facets, attributes, lattices, times)
     } else {
-        let deformed = deforming.deformed()?;
+        let (deformed, triangular) = match object.method {
+            Method::Triangular => deforming.triangular().map(|(made, counts)| (made, Some(counts)))?,
+            _ => (deforming.deformed()?, None),
+        };
         let attributes = Box::new(attributes_of(object, &mesh, polygons, &deformed.lattices));
-        Represented::of(object, deformed, attributes).map_err(failed)?
+        let represented = Represented::of(object, deformed, attributes).map_err(failed)?;
+        Represented { triangular, ..represented }
     };
     Ok(represented.made(object, load, (notes, Vec::new())))
 }
@@ -252,6 +259,7 @@ struct Represented {
     attributes: Box<dyn VertexAttributes>,
     subpolygons: usize,
     lattices: Vec<BuiltLattice>,
+    triangular: Option<TriangularCounts>,
     times: BuildTimes,
 }
 
@@ -264,7 +272,7 @@ impl Represented {
     ) -> Result<Self, String> {
         let Deformed { patches, subpolygons, lattices, mut times, .. } = exact;
         let Method::Adaptive { tolerance } = object.method else {
-            return Ok(Self { patches, attributes, subpolygons, lattices, times });
+            return Ok(Self { patches, attributes, subpolygons, lattices, triangular: None, times });
         };
         let started = Instant::now();
         let facets = facets(&patches, tolerance, &AtomicBool::new(false))
@@ -285,7 +293,7 @@ impl Represented {
         let volume = lattices.first().map(|lattice| &lattice.volume);
         let (patches, attributes) = facet_object(facets, exact, object.vertex_normals, volume);
         times.compose += started.elapsed();
-        Self { patches, attributes, subpolygons, lattices, times }
+        Self { patches, attributes, subpolygons, lattices, triangular: None, times }
     }
 
     fn made(
@@ -294,9 +302,14 @@ impl Represented {
         load: Duration,
         (notes, warnings): (MeshNotes, Vec<String>),
     ) -> MadeObject {
-        let Self { patches, attributes, subpolygons, lattices, times } = self;
+        let Self { patches, attributes, subpolygons, lattices, triangular, times } = self;
         let traced = TracedObject { name: object.name.value.clone(), patches, attributes };
-        MadeObject { traced, built: BuiltObject { notes, lattices, subpolygons, warnings }, load, times }
+        MadeObject {
+            traced,
+            built: BuiltObject { notes, lattices, subpolygons, triangular, warnings },
+            load,
+            times,
+        }
     }
 }
 

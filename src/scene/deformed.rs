@@ -53,19 +53,31 @@ pub(super) struct Deformed {
     pub(super) times: BuildTimes,
 }
 
+impl Deformed {
+    /// What all steps made.
+    pub(super) fn new(shaped: Shaped, steps: Vec<Step>, mut lattices: Vec<BuiltLattice>) -> Self {
+        let Shaped { patches, subpolygons, times, knot_boxes } = shaped;
+        for lattice in &mut lattices {
+            let here = knot_boxes.iter().filter(|(step, _)| step + 1 == lattice.deform);
+            lattice.knot_boxes = here.filter_map(|(_, knot_box)| *knot_box).collect();
+        }
+        Self { patches, subpolygons, lattices, steps, times }
+    }
+}
+
 /// Patches after some steps.
-struct Shaped {
-    patches: Vec<TrimmedPatch>,
-    subpolygons: usize,
-    times: BuildTimes,
+pub(super) struct Shaped {
+    pub(super) patches: Vec<TrimmedPatch>,
+    pub(super) subpolygons: usize,
+    pub(super) times: BuildTimes,
     /// By step.
-    knot_boxes: BTreeSet<(usize, KnotBox)>,
+    pub(super) knot_boxes: BTreeSet<(usize, KnotBox)>,
 }
 
 /// A message about a step.
-struct StepFault {
-    step: Option<usize>,
-    message: String,
+pub(super) struct StepFault {
+    pub(super) step: Option<usize>,
+    pub(super) message: String,
 }
 
 /// An object's deformations at work.
@@ -116,15 +128,10 @@ impl Deforming<'_> {
 
     /// All deformations, exactly.
     pub(super) fn deformed(&self) -> Result<Deformed, Vec<Diagnostic>> {
-        let (steps, mut lattices) = self.steps()?;
+        let (steps, lattices) = self.steps()?;
         let shaped = self.shape(&steps, CoverSettings::default());
-        let Shaped { patches, subpolygons, times, knot_boxes } =
-            shaped.map_err(|fault| self.diagnostics(fault))?;
-        for lattice in &mut lattices {
-            let here = knot_boxes.iter().filter(|(step, _)| step + 1 == lattice.deform);
-            lattice.knot_boxes = here.filter_map(|(_, knot_box)| *knot_box).collect();
-        }
-        Ok(Deformed { patches, subpolygons, lattices, steps, times })
+        let shaped = shaped.map_err(|fault| self.diagnostics(fault))?;
+        Ok(Deformed::new(shaped, steps, lattices))
     }
 
     fn ffd(&self, step: usize) -> Option<&FfdDescription> {
@@ -134,7 +141,7 @@ impl Deforming<'_> {
         }
     }
 
-    fn diagnostics(&self, StepFault { step, message }: StepFault) -> Vec<Diagnostic> {
+    pub(super) fn diagnostics(&self, StepFault { step, message }: StepFault) -> Vec<Diagnostic> {
         let deform = step.and_then(|step| self.object.deform.get(step));
         let location: Location = deform.map_or(self.object.name.location, |deform| deform.location);
         let message = format!("object {:?}: {message}", self.object.name.value);
@@ -190,11 +197,7 @@ impl Deforming<'_> {
         let none = BTreeSet::new();
         match self.undeformed {
             Undeformed::Polygons(polygons) => {
-                let planar: Vec<_> = polygons
-                    .iter()
-                    .map(|polygon| PlanarPolygon { face: polygon.face, corners: polygon.positions })
-                    .collect();
-                let made = deform_polygons(&planar, deformation).map_err(fault)?;
+                let made = deform_polygons(&planar(polygons), deformation).map_err(fault)?;
                 let (patches, subpolygons, times) = (made.patches, made.subpolygons, made.times);
                 Ok(Shaped { patches, subpolygons, times, knot_boxes: none })
             }
@@ -227,7 +230,7 @@ impl Deforming<'_> {
     }
 
     /// Refuses parts outside a lattice's box if the scene says so.
-    fn check_outside(&self, step: usize, shaped: &Shaped) -> Result<(), StepFault> {
+    pub(super) fn check_outside(&self, step: usize, shaped: &Shaped) -> Result<(), StepFault> {
         if !matches!(self.ffd(step), Some(FfdDescription { outside: Outside::Error, .. }))
             || !shaped.knot_boxes.contains(&(step, None))
         {
@@ -280,6 +283,11 @@ impl Deforming<'_> {
             }
         })
     }
+}
+
+/// The polygons of a mesh as they are cut.
+pub(super) fn planar(polygons: &PolygonSet) -> Vec<PlanarPolygon<'_>> {
+    polygons.iter().map(|polygon| PlanarPolygon { face: polygon.face, corners: polygon.positions }).collect()
 }
 
 /// The frame of parameters that belongs to a frame on the plane of a parallelogram, whose own frame of parameters is given.

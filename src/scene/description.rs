@@ -133,6 +133,8 @@ pub enum Method {
     /// Trimmed Bézier patches, without approximation.
     #[default]
     Exact,
+    /// Triangular Bézier patches, one for each triangle of the mesh in each knot box: as exact, the method before.
+    Triangular,
     /// Flat triangles, each of the mesh's split into 4^level, with their corners alone deformed.
     Pointwise {
         /// How often triangles are split.
@@ -149,6 +151,7 @@ impl std::fmt::Display for Method {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Exact => write!(formatter, "exact"),
+            Self::Triangular => write!(formatter, "triangular"),
             Self::Pointwise { level } => write!(formatter, "pointwise:{level}"),
             Self::Adaptive { tolerance } => write!(formatter, "adaptive:{tolerance}"),
         }
@@ -164,9 +167,11 @@ impl FromStr for Method {
             Some((name, parameter)) => (name, Some(parameter)),
             None => (text, None),
         };
-        match (lookup("method", &["exact", "pointwise", "adaptive"], name)?, parameter) {
+        let known = ["exact", "pointwise", "adaptive", "triangular"];
+        match (lookup("method", &known, name)?, parameter) {
             (0, None) => Ok(Self::Exact),
-            (0, Some(_)) => Err("method exact takes no parameter: write exact alone".to_owned()),
+            (3, None) => Ok(Self::Triangular),
+            (0 | 3, Some(_)) => Err(format!("method {name} takes no parameter: write {name} alone")),
             (1, parameter) => {
                 let level =
                     parameter.and_then(|level| level.parse().ok()).filter(|&level| level <= MAX_LEVEL);
@@ -342,9 +347,15 @@ mod tests {
     #[test]
     fn methods_parse() {
         assert_eq!("exact".parse(), Ok(Method::Exact));
+        assert_eq!("triangular".parse(), Ok(Method::Triangular));
+        assert_eq!(Method::Triangular.to_string(), "triangular");
         for (text, message) in [
-            ("exat", r#"unknown method "exat" (known: exact, pointwise, adaptive); did you mean "exact"?"#),
+            (
+                "exat",
+                r#"unknown method "exat" (known: exact, pointwise, adaptive, triangular); did you mean "exact"?"#,
+            ),
             ("exact:2", "method exact takes no parameter: write exact alone"),
+            ("triangular:2", "method triangular takes no parameter: write triangular alone"),
             ("pointwise", "method pointwise needs how often triangles are split, 0 to 12: write pointwise:2"),
             (
                 "pointwise:13",

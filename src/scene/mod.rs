@@ -18,6 +18,7 @@ mod self_intersection;
 mod source;
 mod surface_object;
 mod transform;
+mod triangular;
 mod unavailable;
 
 pub use build::{BuiltObject, BuiltScene, SceneTimes};
@@ -31,3 +32,4 @@ pub use edits::{DragOutcome, DragReport};
 pub use film_area::{MAX_PIXELS, MAX_SIDE, parse_crop, parse_size, validate_crop, validate_film};
 pub use names::Choice;
 pub use parse::{MAX_CONTROL_POINTS, parse_scene, parse_scene_str};
+pub use triangular::TriangularCounts;

@@ -172,19 +172,30 @@ impl KnotVector {
     /// Basis functions of an interval's polynomial piece at any real parameter, by their Bernstein form: without the divisions of
     /// [`Self::basis_with_derivatives`].
     pub(crate) fn basis(&self, interval: usize, parameter: f64) -> LocalBasis {
-        let k = self.degree;
+        match self.degree {
+            1 => self.basis_of_order::<2>(interval, parameter),
+            2 => self.basis_of_order::<3>(interval, parameter),
+            3 => self.basis_of_order::<4>(interval, parameter),
+            _ => self.basis_of_order::<5>(interval, parameter),
+        }
+    }
+
+    /// As [`Self::basis`], with loops of lengths known when compiling.
+    #[inline]
+    fn basis_of_order<const ORDER: usize>(&self, interval: usize, parameter: f64) -> LocalBasis {
+        let k = ORDER - 1;
         let (start, end) = (self.knots[interval + k], self.knots[interval + k + 1]);
         let part = (parameter - start) / (end - start);
-        let mut falling = [1.0; MAX_VOLUME_ORDER];
-        for i in 1..=k {
+        let mut falling = [1.0; ORDER];
+        for i in 1..ORDER {
             falling[i] = falling[i - 1] * (1.0 - part);
         }
         let mut basis = [0.0; MAX_VOLUME_ORDER];
         let mut rising = 1.0;
-        for (i, row) in self.bernstein_rows(interval).iter().enumerate().take(k + 1) {
+        for (i, row) in self.bernstein_rows(interval).iter().enumerate().take(ORDER) {
             let product = rising * falling[k - i];
-            for (sum, factor) in basis.iter_mut().zip(row) {
-                *sum += factor * product;
+            for r in 0..ORDER {
+                basis[r] += row[r] * product;
             }
             rising *= part;
         }

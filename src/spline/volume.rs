@@ -186,16 +186,29 @@ impl SplineVolume {
 
     /// The homogeneous value (w x, w y, w z, w) of one knot box' piece, at any real parameters.
     pub(crate) fn homogeneous_in_cell(&self, cell: Cell, parameters: DVec3) -> DVec4 {
+        match self.axes[2].degree() {
+            1 => self.sum_of_rows::<2>(cell, parameters),
+            2 => self.sum_of_rows::<3>(cell, parameters),
+            3 => self.sum_of_rows::<4>(cell, parameters),
+            _ => self.sum_of_rows::<5>(cell, parameters),
+        }
+    }
+
+    /// As [`Self::homogeneous_in_cell`], with sums along the last axis of a length known when compiling.
+    fn sum_of_rows<const ORDER: usize>(&self, cell: Cell, parameters: DVec3) -> DVec4 {
         let p = parameters.to_array();
         let [nu, nv, nw]: [_; 3] = std::array::from_fn(|axis| self.axes[axis].basis(cell[axis], p[axis]));
-        let [ku, kv, kw] = self.degree();
+        let [ku, kv, _] = self.degree();
         let (columns, depth) = (self.axes[1].points(), self.axes[2].points());
         let mut sum = DVec4::ZERO;
         for (i, nu) in nu.iter().enumerate().take(ku + 1) {
             for (j, nv) in nv.iter().enumerate().take(kv + 1) {
                 let start = ((cell[0] + i) * columns + cell[1] + j) * depth + cell[2];
-                let row = &self.homogeneous[start..=start + kw];
-                let of_row = row.iter().zip(nw).fold(DVec4::ZERO, |sum, (point, nw)| sum + nw * *point);
+                let row = &self.homogeneous[start..start + ORDER];
+                let mut of_row = DVec4::ZERO;
+                for k in 0..ORDER {
+                    of_row += nw[k] * row[k];
+                }
                 sum += nu * nv * of_row;
             }
         }

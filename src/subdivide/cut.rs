@@ -50,7 +50,7 @@ impl Pieces {
         &self.corners[piece.start as usize..piece.end as usize]
     }
 
-    fn push(&mut self, polygon: u32, cell: Option<Cell>, corners: &[DVec3]) {
+    pub(super) fn push(&mut self, polygon: u32, cell: Option<Cell>, corners: &[DVec3]) {
         let start = self.corners.len();
         self.corners.extend_from_slice(corners);
         let index = |n: usize| u32::try_from(n).expect("fewer than 2^32 corners fit in memory");
@@ -119,9 +119,11 @@ impl Polygons {
     }
 }
 
-struct Cutter<'a> {
-    volume: &'a SplineVolume,
-    snap: f64,
+/// Cuts one polygon after another; keeps its buffers.
+pub(super) struct Cutter<'a> {
+    pub(super) volume: &'a SplineVolume,
+    /// See [`SNAP`]; a length.
+    pub(super) snap: f64,
     current: Polygons,
     next: Polygons,
     rest: Vec<DVec3>,
@@ -130,7 +132,7 @@ struct Cutter<'a> {
 }
 
 impl<'a> Cutter<'a> {
-    fn new(volume: &'a SplineVolume) -> Self {
+    pub(super) fn new(volume: &'a SplineVolume) -> Self {
         let [low, high] = volume.bounds();
         Self {
             volume,
@@ -215,7 +217,7 @@ impl<'a> Cutter<'a> {
     }
 
     /// The point of an edge in a plane: the same bits for both directions of the edge.
-    fn crossing(&self, a: DVec3, b: DVec3, axis: usize, plane: f64) -> DVec3 {
+    pub(super) fn crossing(&self, a: DVec3, b: DVec3, axis: usize, plane: f64) -> DVec3 {
         let (a, b) = if a[axis] < b[axis] { (a, b) } else { (b, a) };
         let fraction = (plane - a[axis]) / (b[axis] - a[axis]);
         let mut point = self.snapped(a + fraction * (b - a));
@@ -224,7 +226,7 @@ impl<'a> Cutter<'a> {
     }
 
     /// The point with coordinates close to a knot moved onto it.
-    fn snapped(&self, mut point: DVec3) -> DVec3 {
+    pub(super) fn snapped(&self, mut point: DVec3) -> DVec3 {
         for (axis, knots) in self.volume.axes().iter().enumerate() {
             let planes = knots.breakpoints();
             let above = planes.partition_point(|&plane| plane < point[axis]);
@@ -239,14 +241,15 @@ impl<'a> Cutter<'a> {
     }
 }
 
-fn range(corners: &[DVec3], axis: usize) -> (f64, f64) {
+/// Least and greatest coordinate of the corners.
+pub(super) fn range(corners: &[DVec3], axis: usize) -> (f64, f64) {
     corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), corner| {
         (min.min(corner[axis]), max.max(corner[axis]))
     })
 }
 
 /// Middle of the corners' bounding box.
-fn middle(corners: &[DVec3]) -> DVec3 {
+pub(super) fn middle(corners: &[DVec3]) -> DVec3 {
     let (min, max) = corners.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), &corner| {
         (min.min(corner), max.max(corner))
     });

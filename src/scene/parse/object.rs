@@ -29,7 +29,7 @@ fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Optio
     let transform = transform::read(&table, "transform");
     let normals = table.name_index("normals", "normals", &["face", "vertex"]);
     let method = table
-        .optional("method", "\"exact\", \"pointwise:L\" or \"adaptive:TOL\"", Value::text)
+        .optional("method", "\"exact\", \"pointwise:L\", \"adaptive:TOL\" or \"triangular\"", Value::text)
         .and_then(|method| table.converted("method", method.parse::<Method>()));
     let deform = table.tables("deform", "[[object.deform]]");
     let deform = deform::read_all(deform.unwrap_or_default(), table.has("surface"));

@@ -1,0 +1,245 @@
+//! Polygons and a volume become triangular Bézier patches, and these trimmed tensor-product ones to be traced.
+
+use std::time::Instant;
+
+use glam::{DVec2, DVec3};
+
+use crate::math::polygon::Side;
+use crate::spline::{Cell, SplineVolume};
+use crate::subdivide::{Frame, cut_into_triangles};
+
+use super::bezier_patch::BezierPatch;
+use super::build::{BuildError, BuildTimes, MAX_HALVINGS, PlanarPolygon, TrimmedPatch, half, short_cell};
+use super::triangular::TriangularPatch;
+use super::trim::{TrimBuilder, TrimRegion};
+
+/// A triangle of a polygon in one knot box, deformed.
+#[derive(Clone, Debug)]
+pub struct TriangularPiece {
+    /// Index of the polygon it is cut from.
+    pub polygon: u32,
+    /// Its corners before the deformation, in the polygon's winding.
+    pub corners: [DVec3; 3],
+    /// The surface.
+    pub patch: TriangularPatch,
+    cell: Option<[u32; 3]>,
+}
+
+impl TriangularPiece {
+    /// The knot box it is the image of; `None` outside the lattice, where the surface is undeformed.
+    pub fn cell(&self) -> Option<Cell> {
+        self.cell.map(|cell| cell.map(|interval| interval as usize))
+    }
+}
+
+/// The triangular patches of one object.
+#[derive(Clone, Debug)]
+pub struct DeformedTriangles {
+    /// The patches, in the order of the polygons.
+    pub pieces: Vec<TriangularPiece>,
+    /// Time spent.
+    pub times: BuildTimes,
+}
+
+/// The exact deformation of planar convex polygons as triangular Bézier patches, the method before
+/// [`deform_polygons`](super::deform_polygons).
+///
+/// Polygons are cut at the knot planes into triangles; each becomes a patch of the sum of the volume's degrees, of degree
+/// 1 outside the lattice. Without a volume all stay as they are.
+///
+/// Source: Feng, Heng, Wong (1998) for the subdivision, Feng, Peng (2000) for the control points.
+///
+/// # Errors
+/// [`BuildError::NotFinite`] if a patch is not finite.
+pub fn deform_triangles(
+    polygons: &[PlanarPolygon<'_>],
+    volume: Option<&SplineVolume>,
+) -> Result<DeformedTriangles, BuildError> {
+    let started = Instant::now();
+    let numbered = (0..).zip(polygons).map(|(number, polygon)| (number, polygon.corners));
+    let cut = cut_into_triangles(numbered, volume);
+    let subdivide = started.elapsed();
+
+    let started = Instant::now();
+    let mut pieces = Vec::with_capacity(cut.len());
+    for index in 0..cut.len() {
+        let piece = cut.piece(index);
+        let &[a, b, c] = cut.corners(index) else { continue };
+        let corners = obtuse_first([a, b, c]);
+        let patch = match (piece.cell, volume) {
+            (Some(cell), Some(volume)) => TriangularPatch::composed(volume, cell, &corners),
+            _ => TriangularPatch::flat(&corners),
+        };
+        if !patch.is_finite() {
+            return Err(BuildError::NotFinite { face: polygons[piece.polygon as usize].face });
+        }
+        let cell = piece.cell.map(short_cell);
+        pieces.push(TriangularPiece { polygon: piece.polygon, corners, patch, cell });
+    }
+    Ok(DeformedTriangles { pieces, times: BuildTimes { subdivide, compose: started.elapsed() } })
+}
+
+/// The corners with that of the greatest angle first, so that the parallelogram is the one that reaches least far.
+fn obtuse_first([a, b, c]: [DVec3; 3]) -> [DVec3; 3] {
+    let [of_a, of_b, of_c] = [(b, c), (c, a), (a, b)].map(|(from, to)| from.distance_squared(to));
+    if of_a >= of_b.max(of_c) {
+        [a, b, c]
+    } else if of_b >= of_c {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
+impl DeformedTriangles {
+    /// Control points of all patches.
+    pub fn control_points(&self) -> usize {
+        self.pieces.iter().map(|piece| piece.patch.control_points().len()).sum()
+    }
+
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        self.pieces.iter().map(|piece| size_of::<TriangularPiece>() + piece.patch.bytes()).sum()
+    }
+
+    /// The same surface as tensor-product patches of degree K × K over parallelograms, trimmed to their triangles.
+    ///
+    /// `polygons` and `volume` are those it was made of.
+    ///
+    /// # Errors
+    /// [`BuildError`] if a patch is not finite or does not reach positive weights.
+    pub fn trimmed_patches(
+        &self,
+        polygons: &[PlanarPolygon<'_>],
+        volume: Option<&SplineVolume>,
+    ) -> Result<Vec<TrimmedPatch>, BuildError> {
+        let lipschitz = volume.map_or(1.0, SplineVolume::lipschitz_bound);
+        let least_weight = volume.filter(|volume| volume.is_rational()).map_or(1.0, |volume| {
+            volume.control_points().iter().fold(f64::INFINITY, |least, point| least.min(point.w))
+        });
+        let mut patches = Vec::with_capacity(self.pieces.len());
+        let mut trim = TrimBuilder::default();
+        for piece in &self.pieces {
+            let [a, b, c] = piece.corners;
+            let frame = Frame { origin: a, s: b - a, t: c - a };
+            let off_plane =
+                (frame.point(DVec2::X) - b).length().max((frame.point(DVec2::Y) - c).length()) * lipschitz;
+            let face = polygons[piece.polygon as usize].face;
+            trim.push(piece.polygon, face, [DVec2::ZERO, DVec2::X, DVec2::Y]);
+            let part = Part {
+                cell: piece.cell,
+                frame,
+                patch: piece.patch.to_tensor_product(),
+                boundary_error: off_plane + rounding(&piece.patch, least_weight),
+                trim: trim.finish(),
+            };
+            part.add_to(&mut patches, 0)?;
+        }
+        Ok(patches)
+    }
+}
+
+/// How far rounding may have moved a patch's points; `least_weight` bounds the weights on its triangle.
+fn rounding(patch: &TriangularPatch, least_weight: f64) -> f64 {
+    let homogeneous = patch.rounding();
+    if !patch.is_rational() {
+        return homogeneous;
+    }
+    let greatest = patch.control_points().map(|point| point.truncate().length()).fold(0.0, f64::max);
+    homogeneous * (1.0 + greatest / least_weight) / least_weight
+}
+
+/// A tensor-product patch on the parallelogram of a triangle, or a part of it, that is not known to have positive weights.
+struct Part {
+    cell: Option<[u32; 3]>,
+    frame: Frame,
+    patch: BezierPatch,
+    boundary_error: f64,
+    trim: TrimRegion,
+}
+
+impl Part {
+    /// Adds it to the patches, in halves while weights are not positive.
+    fn add_to(self, patches: &mut Vec<TrimmedPatch>, halvings: usize) -> Result<(), BuildError> {
+        let Self { cell, frame, patch, boundary_error, trim } = self;
+        let face = trim.loops()[0].face;
+        if !patch.is_finite() {
+            return Err(BuildError::NotFinite { face });
+        }
+        if patch.has_positive_weights() {
+            patches.push(TrimmedPatch { cell, frame, patch, trim, boundary_error, exact: None });
+            return Ok(());
+        }
+        if halvings == MAX_HALVINGS {
+            return Err(BuildError::Weights { face });
+        }
+        for side in [Side::Below, Side::Above] {
+            if let Some(([low, high], trim)) = half(&trim, halvings % 2, side) {
+                let (frame, patch) = (frame.restricted(low, high), patch.subpatch(low, high));
+                Self { cell, frame, patch, boundary_error, trim }.add_to(patches, halvings + 1)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::polygon::doubled_area;
+    use crate::test_support::{Noise, cube_triangles, random_volume};
+
+    fn polygons(triangles: &[[DVec3; 3]]) -> Vec<PlanarPolygon<'_>> {
+        (0..).zip(triangles).map(|(face, corners)| PlanarPolygon { face, corners }).collect()
+    }
+
+    #[test]
+    fn the_unit_cube_gives_60_patches_of_28_control_points() {
+        let triangles = cube_triangles();
+        let polygons = polygons(&triangles);
+        let volume = random_volume(&mut Noise(1), [2; 3], [4; 3], 0.3, false);
+        let made = deform_triangles(&polygons, Some(&volume)).unwrap();
+        assert_eq!((made.pieces.len(), made.control_points()), (60, 60 * 28));
+        assert!(made.bytes() > 60 * 28 * 24);
+        let patches = made.trimmed_patches(&polygons, Some(&volume)).unwrap();
+        assert_eq!(patches.len(), 60);
+        assert!(patches.iter().all(|p| p.patch.degree() == [6, 6] && p.trim.loops().len() == 1));
+    }
+
+    #[test]
+    fn without_a_volume_triangles_stay() {
+        let triangles = cube_triangles();
+        let polygons = polygons(&triangles);
+        let made = deform_triangles(&polygons, None).unwrap();
+        assert_eq!((made.pieces.len(), made.control_points()), (12, 36));
+        assert!(made.trimmed_patches(&polygons, None).unwrap().iter().all(|p| p.cell().is_none()));
+    }
+
+    #[test]
+    fn extreme_weights_are_split_until_positive() {
+        let mut noise = Noise(23);
+        let mut split = 0;
+        for _ in 0..20 {
+            let mut points = random_volume(&mut noise, [3; 3], [5; 3], 0.3, false).control_points();
+            for point in &mut points {
+                point.w = libm::exp(8.0 * noise.next());
+            }
+            let axes = SplineVolume::identity([3; 3], [5; 3], [DVec3::ZERO, DVec3::ONE]).unwrap();
+            let volume = SplineVolume::try_new(axes.axes().clone(), &points).unwrap();
+            let triangle = [std::array::from_fn(|_| noise.vector() + 0.5)];
+            let polygons = polygons(&triangle);
+            let made = deform_triangles(&polygons, Some(&volume)).unwrap();
+            let patches = made.trimmed_patches(&polygons, Some(&volume)).unwrap();
+            split += patches.len() - made.pieces.len();
+            assert!(patches.iter().all(|p| p.patch.has_positive_weights()));
+            let area = |p: &TrimmedPatch| {
+                let scale = p.frame.s.cross(p.frame.t).length();
+                0.5 * scale * doubled_area(p.trim.corners(&p.trim.loops()[0]))
+            };
+            let [a, b, c] = triangle[0];
+            let want = 0.5 * (b - a).cross(c - a).length();
+            assert!((patches.iter().map(area).sum::<f64>() - want).abs() < 1e-12);
+        }
+        assert!(split > 0, "the weights are extreme enough to need a split");
+    }
+}
