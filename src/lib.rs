@@ -50,6 +50,7 @@
 pub mod analytic;
 pub mod arrays;
 pub mod cli;
+pub mod compare;
 pub mod deviation;
 pub mod export;
 pub mod film;

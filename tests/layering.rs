@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the pipeline; each may use those before it.
-const ORDER: [&str; 19] = [
+const ORDER: [&str; 20] = [
     "math",
     "output",
     "arrays",
@@ -23,6 +23,7 @@ const ORDER: [&str; 19] = [
     "render",
     "scene",
     "export",
+    "compare",
     "cli",
 ];
 

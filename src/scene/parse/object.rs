@@ -31,6 +31,10 @@ fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Optio
     let method = table
         .optional("method", "\"exact\", \"pointwise:L\", \"adaptive:TOL\" or \"triangular\"", Value::text)
         .and_then(|method| table.converted("method", method.parse::<Method>()));
+    if table.has("surface") && matches!(method, Some(Method::Pointwise { .. } | Method::Triangular)) {
+        let message = "a surface has no triangles: valid are exact and adaptive:TOL".to_owned();
+        table.report_value("method", message);
+    }
     let deform = table.tables("deform", "[[object.deform]]");
     let deform = deform::read_all(deform.unwrap_or_default(), table.has("surface"));
     Some(ObjectDescription {
@@ -54,11 +58,8 @@ fn read_shape(table: &Table<'_>) -> Option<ObjectShape> {
         table.report_key("surface", "an object has either a mesh or a surface, not both".to_owned());
         return None;
     }
-    for (key, why) in [("normals", "a surface has its own normals"), ("method", "a surface is exact always")]
-    {
-        if table.has(key) {
-            table.report_key(key, why.to_owned());
-        }
+    if table.has("normals") {
+        table.report_key("normals", "a surface has its own normals".to_owned());
     }
     let inner = table.table("surface", "a surface")?;
     let surface = surface::read(inner)?;
