@@ -420,13 +420,14 @@ fn renders_are_told_apart_from_their_noise() {
     assert!(notes.contains("the seeds differ (0 against 1)"), "{notes}");
     let command = found["worst"][0]["command"].as_str().unwrap();
     assert!(
-        command.starts_with("trimray render SCENE --crop ") && command.contains("--spp 64 --seed 1"),
+        command.starts_with("trimray render SCENE --size 24x24 --crop ")
+            && command.contains("--spp 64 --seed 1"),
         "{command}"
     );
     // the command gives that pixel
     let words: Vec<_> =
         command.split(' ').skip(1).map(|word| if word == "SCENE" { "lit.toml" } else { word }).collect();
-    at.succeed(&[&words[..], &["--size", "24x24"]].concat());
+    at.succeed(&words);
     assert_eq!(at.run(&["diff", "b.exr", "worst.exr", "--overlap"]).code, 0);
     // another scene is not explained by noise, and said to be another
     at.write("lit.toml", String::from_utf8(at.read("lit.toml")).unwrap().replace("90.0", "80.0"));

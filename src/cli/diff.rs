@@ -13,7 +13,8 @@ use anyhow::Context;
 use clap::{ArgAction, Args};
 
 use crate::difference::{
-    CompareError, CompareSettings, Comparison, LayerRule, Metric, Mismatch, Status, Thresholds, compare, why,
+    CompareError, CompareSettings, Comparison, Judge, LayerDifference, LayerRule, Metric, Mismatch, Status,
+    Thresholds, compare, why,
 };
 use crate::film::{LayeredPicture, read_layers};
 use crate::output::check_writable;
@@ -48,11 +49,11 @@ const IDIFF: [&str; 13] = [
 Exit codes: 0 pass, 1 warning, 2 failure (or a wrong command line), 3 size or channels differ, 4 a file cannot be read or written.
 idiff's flags work with one hyphen too. NaN and Inf that one picture has alone always fail; ids are exact unless --layer says otherwise.
 
-Example: trimray diff reference.exr test.exr
-         trimray diff reference.exr test.exr --fail 0.004 --warn 0.004 --failpercent 1 --hardfail 0.1
-         trimray diff reference.exr test.exr --layer depth fail=1e-4 --layer normal degrees=0.5 --layer st ignore
-         trimray diff reference.exr test.exr --ztest --html difference.html
-         trimray diff reference.png test.png --metric flip --metricfail 0.05 --heatmap flip.png --json")]
+Example: trimray diff before.exr after.exr
+         trimray diff before.exr after.exr --fail 0.004 --failpercent 1 --hardfail 0.1
+         trimray diff before.exr after.exr --layer depth fail=1e-4 --layer normal degrees=0.5
+         trimray diff before.exr after.exr --ztest --layer st ignore --html difference.html
+         trimray diff before.png after.png --metric flip --metricfail 0.05 --heatmap flip.png")]
 pub(super) struct DiffArgs {
     /// The picture to compare with: .exr, .png, .jpg or .hdr
     reference: PathBuf,
@@ -224,6 +225,7 @@ fn compare_files(args: &DiffArgs) -> Result<ExitCode, CliError> {
     let differ = comparison.figures.max_error > 0.0 || comparison.figures.non_finite > 0;
     let mut notes = comparison.notes.clone();
     notes.extend(why(&reference.recorded, &test.recorded, differ, args.ztest));
+    notes.extend(first_samples(args, &comparison));
     let seconds = started.elapsed().as_secs_f64();
     let pictures = [reference, test];
     let found = Found { args, paths, pictures, comparison, notes, seconds };
@@ -241,6 +243,19 @@ fn compare_files(args: &DiffArgs) -> Result<ExitCode, CliError> {
         Status::Pass => ExitCode::SUCCESS,
         Status::Warn => ExitCode::from(WARNED),
         Status::Fail => ExitCode::from(FAILED),
+    })
+}
+
+/// What to do about layers that fail beside a z-test: with other seeds they are of other places.
+fn first_samples(args: &DiffArgs, comparison: &Comparison) -> Option<String> {
+    let fails = |layer: &&LayerDifference| layer.judge == Judge::Thresholds && layer.status == Status::Fail;
+    let names: Vec<_> = comparison.layers.iter().filter(fails).map(|layer| layer.name.as_str()).collect();
+    (args.ztest && !names.is_empty()).then(|| {
+        format!(
+            "{}: these layers hold the first sample of each pixel, which another seed puts elsewhere; --layer NAME ignore leaves \
+             one out",
+            names.join(", ")
+        )
     })
 }
 

@@ -80,9 +80,9 @@ mod tests {
     fn angles_are_measured() {
         let names = [("normal.X", 0.0), ("normal.Y", 0.0), ("normal.Z", 2.0)];
         let (mut a, mut b) = (picture([5, 1], &names), picture([5, 1], &names));
-        let tilt = 0.25_f64.to_radians();
-        values(&mut b, "normal.X")[1] = tilt.sin() as f32;
-        values(&mut b, "normal.Z")[1] = tilt.cos() as f32;
+        let tilt = 0.25_f32.to_radians();
+        values(&mut b, "normal.X")[1] = tilt.sin();
+        values(&mut b, "normal.Z")[1] = tilt.cos();
         values(&mut b, "normal.Z")[2] = -1.0;
         values(&mut b, "normal.Z")[3] = 0.0;
         for picture in [&mut a, &mut b] {

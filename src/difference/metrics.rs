@@ -135,9 +135,8 @@ pub(super) fn measure(metric: Metric, colours: &Colours, limit: Option<f64>) -> 
         _ => mean(metric, colours),
     };
     // written so that NaN fails
-    measured.fails = limit.is_some_and(|limit| {
-        if metric.is_similarity() { !(measured.mean >= limit) } else { !(measured.mean <= limit) }
-    });
+    let within = |limit| if metric.is_similarity() { measured.mean >= limit } else { measured.mean <= limit };
+    measured.fails = limit.is_some_and(|limit| !within(limit));
     measured
 }
 

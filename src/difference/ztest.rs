@@ -71,9 +71,9 @@ pub struct ZTest {
 /// z = (test - reference) / √(sum of the variances) of a value is normally distributed if both have the same expectation and
 /// enough samples; its two-sided p-value is erfc(|z| / √2). The pictures pass if
 ///
-/// - at least [`SHARE`] of the values have a p-value above 1 - (1 - [`SIGNIFICANCE`])^(1/values),
+/// - at least 99.75 % of the values have a p-value above 1 - (1 - 0.01)^(1/values) (Šidák),
 /// - values without variance agree to rounding (1e-5),
-/// - the mean radiance of each colour agrees to [`MEAN`] or to [`SIGMAS`] standard deviations, and
+/// - the mean radiance of each colour agrees to 0.3 % or to 3 standard deviations, and
 /// - all is finite; what is not finite in both alike is left out.
 ///
 /// # Panics

@@ -19,7 +19,7 @@ pub struct TestCase {
     pub output: String,
 }
 
-/// The results as JUnit's XML: one suite of tests.
+/// The results in the XML of `JUnit`: one suite of tests.
 ///
 /// # Errors
 /// None in practice: it is written to memory.

@@ -1,4 +1,4 @@
-//! What was found, for people as a page of one file, and for build servers as JUnit; the only folder that names the `maud` crate.
+//! What was found, for people as a page of one file, and for build servers as `JUnit`; the only folder that names the `maud` crate.
 //!
 //! A page needs no network: its pictures, its style and its few lines of script are in it.
 

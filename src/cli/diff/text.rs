@@ -72,7 +72,8 @@ impl Found<'_> {
             Some(path) => quoted(&path.to_string_lossy()),
             None => "SCENE".to_owned(),
         };
-        let mut command = format!("trimray render {scene} --crop {x},{y},1,1");
+        let [width, height] = [test.display.width, test.display.height];
+        let mut command = format!("trimray render {scene} --size {width}x{height} --crop {x},{y},1,1");
         for (flag, value) in [("--spp", &recorded.spp), ("--seed", &recorded.seed)] {
             if let Some(value) = value {
                 let _ = write!(command, " {flag} {}", quoted(value));
@@ -164,9 +165,8 @@ fn special(layer: &LayerDifference) -> String {
             let limit = general(layer.thresholds.degrees.into());
             let _ = writeln!(
                 text,
-                "  {} over the limits of {}: {limit} degrees",
-                pixels(layer.failing, layer.pixels),
-                layer.name
+                "  {} over {limit} degrees or other limits",
+                pixels(layer.failing, layer.pixels)
             );
         }
     }
