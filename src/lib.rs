@@ -11,8 +11,9 @@
 //!    [`surface`]: parametric surfaces as patches; [`analytic`]: extension functions and chains of deformations, as cells
 //! 5. [`trace`]: rays against patches: acceleration structure, Bézier clipping, Newton's method
 //! 6. [`film`], [`shade`], [`render`]: from hits to a picture
-//! 7. [`scene`]: scene files; [`tessellate`], [`export`]: the exact patches or triangles for other programs; [`cli`]: the
-//!    commands
+//!    [`difference`]: how far a picture is from another
+//! 7. [`scene`]: scene files; [`tessellate`], [`export`]: the exact patches or triangles for other programs;
+//!    [`report`]: what was found, for people and for build servers; [`cli`]: the commands
 //!
 //! # Guarantees
 //! A patch is the volume on its plane to 1e-12 of the diagonal; hits are on their ray and on the surface to 1e-11; no part
@@ -52,6 +53,7 @@ pub mod arrays;
 pub mod cli;
 pub mod compare;
 pub mod deviation;
+pub mod difference;
 pub mod export;
 pub mod film;
 pub mod manipulate;
@@ -60,10 +62,12 @@ pub mod mesh;
 pub mod output;
 pub mod patch;
 pub mod render;
+pub mod report;
 pub mod scene;
 pub mod shade;
 pub mod spline;
 pub mod subdivide;
+mod suggestion;
 pub mod surface;
 pub mod tessellate;
 #[cfg(test)]

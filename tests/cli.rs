@@ -393,7 +393,7 @@ fn render_writes_beside_the_caller_by_default() {
 #[test]
 fn help_shows_an_example_for_each_command() {
     let at = TestFolder::new();
-    for command in ["render", "info", "trace", "export"] {
+    for command in ["render", "info", "trace", "export", "diff"] {
         let run = at.succeed(&[command, "--help"]);
         assert!(run.stdout.contains(&format!("Example: trimray {command}")), "{command}");
     }

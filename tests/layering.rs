@@ -4,9 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the pipeline; each may use those before it.
-const ORDER: [&str; 20] = [
+const ORDER: [&str; 23] = [
     "math",
     "output",
+    "suggestion",
     "arrays",
     "mesh",
     "spline",
@@ -19,19 +20,23 @@ const ORDER: [&str; 20] = [
     "tessellate",
     "deviation",
     "film",
+    "difference",
     "shade",
     "render",
     "scene",
     "export",
     "compare",
+    "report",
     "cli",
 ];
 
 /// Crates and the only files that may name them.
-const BEHIND_ONE_FILE: [(&str, &str); 7] = [
+const BEHIND_ONE_FILE: [(&str, &str); 9] = [
     ("obvhs", "src/trace/bvh.rs"),
     ("exr", "src/film/exr_file.rs"),
     ("image", "src/film/image_file.rs"),
+    ("png", "src/film/animated_png.rs"),
+    ("base64", "src/report/pictures.rs"),
     ("tobj", "src/mesh/obj.rs"),
     ("npyz", "src/arrays.rs"),
     ("quick_xml", "src/export/xml.rs"),
@@ -119,6 +124,13 @@ fn the_command_line_stays_in_its_folder() {
         for outside in ["clap::", "indicatif::", "anyhow::", "println!", "eprintln!", "process::exit"] {
             assert!(name.starts_with("src/cli/") || !code.contains(outside), "{name} names {outside}");
         }
+    }
+}
+
+#[test]
+fn pages_are_written_in_their_folder() {
+    for (name, text) in all_sources() {
+        assert!(name.starts_with("src/report/") || !text.contains("maud::"), "{name} names maud");
     }
 }
 

@@ -5,12 +5,12 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use exr::prelude::{AttributeValue, ReadChannels, ReadLayers, Text, read, write_rgb_file};
+use trimray::difference::{Estimate, z_test};
 use trimray::film::Aov;
 use trimray::render::{RenderControl, Rendered, render};
 use trimray::scene::{SceneDescription, parse_scene};
@@ -19,29 +19,12 @@ use trimray::shade::{Camera, ShadingScene};
 /// Another one than any of Mitsuba's.
 const SEED: u64 = 4711;
 
-/// Greatest difference of mean radiance, unless the noise explains a greater one.
-const MEAN: f64 = 0.003;
-
-/// Standard deviations that noise explains.
-const SIGMAS: f64 = 3.0;
-
-/// Chance for one whole picture to fail a value's test if both programs compute the same (Šidák).
-const SIGNIFICANCE: f64 = 0.01;
-
-/// Share of the values that must pass.
-const SHARE: f64 = 0.9975;
-
-/// Relative variance below which a value has no noise, and the difference by rounding that it may have then.
-const NOISELESS: f64 = 1e-12;
-const ROUNDING: f64 = 1e-5;
-
 /// Radiance and the variance of its mean: three colours of each pixel.
 #[derive(Clone)]
 struct Picture {
     size: [usize; 2],
     /// Colours one after the other.
-    radiance: Vec<f64>,
-    variance: Vec<f64>,
+    estimate: Estimate,
 }
 
 impl Picture {
@@ -49,14 +32,14 @@ impl Picture {
         let [radiance, variance] = [["R", "G", "B"], ["variance.R", "variance.G", "variance.B"]]
             .map(|names| names.map(&mut channel).concat());
         assert_eq!(radiance.len(), 3 * size[0] * size[1]);
-        Self { size, radiance, variance }
+        Self { size, estimate: Estimate { radiance, variance, colours: 3 } }
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "the file is in single precision")]
     fn write(&self, path: &Path) {
         let pixels = self.size[0] * self.size[1];
         write_rgb_file(path, self.size[0], self.size[1], |x, y| {
-            let at = |colour: usize| self.radiance[colour * pixels + y * self.size[0] + x] as f32;
+            let at = |colour: usize| self.estimate.radiance[colour * pixels + y * self.size[0] + x] as f32;
             (at(0), at(1), at(2))
         })
         .unwrap();
@@ -122,47 +105,11 @@ fn ours(mut scene: SceneDescription) -> Picture {
 
 /// Whether the pictures are the same but for noise, and what was found.
 fn compare(ours: &Picture, theirs: &Picture) -> (bool, String) {
-    let mut said = String::new();
     if ours.size != theirs.size {
         return (false, format!("size {:?}, want {:?}", ours.size, theirs.size));
     }
-    let pixels = ours.size[0] * ours.size[1];
-    let mut passes = true;
-    for colour in 0..3 {
-        let part = colour * pixels..(colour + 1) * pixels;
-        let sum = |values: &[f64]| values[part.clone()].iter().sum::<f64>();
-        let relative = sum(&ours.radiance) / sum(&theirs.radiance) - 1.0;
-        let sigma = (sum(&ours.variance) + sum(&theirs.variance)).sqrt() / sum(&theirs.radiance);
-        // NaN fails too
-        passes &= relative.abs() <= MEAN.max(SIGMAS * sigma);
-        let _ = write!(said, "{:+.3} % ({:+.2} sigma) ", 100.0 * relative, relative / sigma);
-    }
-    let (mut noisy, mut noiseless_off) = (Vec::new(), 0);
-    for (index, (a, b)) in ours.radiance.iter().zip(&theirs.radiance).enumerate() {
-        let variance = ours.variance[index] + theirs.variance[index];
-        if variance > NOISELESS * b * b {
-            noisy.push((a - b) * (a - b) / variance);
-        } else if (a - b).abs() > ROUNDING * b.abs() {
-            noiseless_off += 1;
-        }
-    }
-    let bound = 1.0 - (1.0 - SIGNIFICANCE).powf(1.0 / noisy.len().max(1) as f64);
-    let passed = noisy.iter().filter(|&&z_sq| libm::erfc((0.5 * z_sq).sqrt()) > bound).count();
-    let share = passed as f64 / noisy.len().max(1) as f64;
-    let largest = noisy.iter().fold(0.0, |most: f64, &z_sq| most.max(z_sq)).sqrt();
-    let mean_sq = noisy.iter().sum::<f64>() / noisy.len().max(1) as f64;
-    passes &= share >= SHARE && noiseless_off == 0 && noisy.iter().all(|z_sq| z_sq.is_finite());
-    let _ = write!(
-        said,
-        "| {:.3} % of {} values pass, largest |z| {largest:.2}, root mean square {:.3}",
-        100.0 * share,
-        noisy.len(),
-        mean_sq.sqrt()
-    );
-    if noiseless_off > 0 {
-        let _ = write!(said, ", {noiseless_off} WITHOUT NOISE ARE OFF");
-    }
-    (passes, said)
+    let found = z_test(&theirs.estimate, &ours.estimate);
+    (found.passes, found.to_string())
 }
 
 fn scenes() -> Vec<PathBuf> {
@@ -186,8 +133,10 @@ fn write_failure(name: &str, ours: &Picture, theirs: &Picture) -> PathBuf {
     ours.write(&folder.join(format!("{name}_trimray.exr")));
     theirs.write(&folder.join(format!("{name}_mitsuba.exr")));
     if ours.size == theirs.size {
-        let difference = ours.radiance.iter().zip(&theirs.radiance).map(|(a, b)| a - b).collect();
-        let difference = Picture { radiance: difference, ..ours.clone() };
+        let mut difference = ours.clone();
+        for (a, b) in difference.estimate.radiance.iter_mut().zip(&theirs.estimate.radiance) {
+            *a -= b;
+        }
         difference.write(&folder.join(format!("{name}_difference.exr")));
     }
     folder
@@ -231,16 +180,16 @@ fn wrong_pictures_are_told_from_noise() {
     };
     let [width, height] = ours.size;
     let pixels = width * height;
-    assert!(!with(&|p| p.radiance.iter_mut().for_each(|x| *x *= 1.006)), "too bright");
-    assert!(!with(&|p| p.radiance[pixels..].rotate_left(pixels)), "colours exchanged");
-    assert!(!with(&|p| p.radiance.rotate_right(1)), "a pixel to the right");
-    assert!(!with(&|p| p.radiance.rotate_left(width)), "a pixel up");
-    assert!(!with(&|p| p.radiance[0] = f64::NAN), "no number");
+    assert!(!with(&|p| p.estimate.radiance.iter_mut().for_each(|x| *x *= 1.006)), "too bright");
+    assert!(!with(&|p| p.estimate.radiance[pixels..].rotate_left(pixels)), "colours exchanged");
+    assert!(!with(&|p| p.estimate.radiance.rotate_right(1)), "a pixel to the right");
+    assert!(!with(&|p| p.estimate.radiance.rotate_left(width)), "a pixel up");
+    assert!(!with(&|p| p.estimate.radiance[0] = f64::NAN), "no number");
     let patch = |p: &mut Picture| {
         // a speck of 6 x 6 pixels in the middle, 20 % too dark
         for y in height / 2 - 3..height / 2 + 3 {
             for x in width / 2 - 3..width / 2 + 3 {
-                p.radiance[y * width + x] *= 0.8;
+                p.estimate.radiance[y * width + x] *= 0.8;
             }
         }
     };

@@ -1,5 +1,6 @@
 //! The command line: the only place that prints, reads flags and chooses exit codes.
 
+mod diff;
 mod drags;
 mod export;
 mod info;
@@ -46,6 +47,8 @@ enum Command {
     Drags(drags::DragsArgs),
     /// Write the exact patches, or triangles close to them, for other programs
     Export(export::ExportArgs),
+    /// Compare two pictures, as idiff does, layer by layer
+    Diff(Box<diff::DiffArgs>),
 }
 
 /// What every command takes.
@@ -102,7 +105,7 @@ impl CliError {
 
 /// Runs the program on the process's own arguments.
 pub fn run() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::try_parse_from(diff::with_idiff_spellings(std::env::args_os())) {
         Ok(cli) => cli,
         Err(error) => {
             // help and version are asked for and go to stdout
@@ -115,14 +118,15 @@ pub fn run() -> ExitCode {
     let handler = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
     let result =
         handler.map_err(anyhow::Error::from).map_err(CliError::from).and_then(|()| match &cli.command {
-            Command::Render(args) => render::run(args),
-            Command::Info(args) => info::run(args),
-            Command::Trace(args) => trace::run(args),
-            Command::Drags(args) => drags::run(args),
-            Command::Export(args) => export::run(args),
+            Command::Render(args) => render::run(args).map(success),
+            Command::Info(args) => info::run(args).map(success),
+            Command::Trace(args) => trace::run(args).map(success),
+            Command::Drags(args) => drags::run(args).map(success),
+            Command::Export(args) => export::run(args).map(success),
+            Command::Diff(args) => diff::run(args),
         });
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             for line in error.to_string().lines() {
                 eprintln!("trimray: {line}");
@@ -130,6 +134,11 @@ pub fn run() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// Only `diff` has other results than this.
+const fn success((): ()) -> ExitCode {
+    ExitCode::SUCCESS
 }
 
 impl SceneArgs {

@@ -4,7 +4,7 @@ mod json;
 mod meshes;
 mod mitsuba;
 mod mitsuba_material;
-mod xml;
+pub(crate) mod xml;
 
 pub use json::{exact_patches, to_json};
 pub use meshes::{NamedMesh, Precision, obj, ply};

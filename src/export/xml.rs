@@ -1,4 +1,4 @@
-//! XML elements, in the forms that Mitsuba's scene files have; the only file that names the `quick_xml` crate.
+//! XML elements, among them those of Mitsuba's scene files; the only file that names the `quick_xml` crate.
 
 use std::io;
 
@@ -8,15 +8,16 @@ use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
 
 /// An element with its children.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Element {
+pub(crate) struct Element {
     tag: &'static str,
     attributes: Vec<(&'static str, String)>,
+    text: String,
     children: Vec<Self>,
 }
 
 impl Element {
-    pub(super) const fn new(tag: &'static str) -> Self {
-        Self { tag, attributes: Vec::new(), children: Vec::new() }
+    pub(crate) const fn new(tag: &'static str) -> Self {
+        Self { tag, attributes: Vec::new(), text: String::new(), children: Vec::new() }
     }
 
     /// An object of one of Mitsuba's plugins.
@@ -24,17 +25,23 @@ impl Element {
         Self::new(tag).attribute("type", kind)
     }
 
-    pub(super) fn attribute(mut self, name: &'static str, value: impl Into<String>) -> Self {
+    pub(crate) fn attribute(mut self, name: &'static str, value: impl Into<String>) -> Self {
         self.attributes.push((name, value.into()));
         self
     }
 
-    pub(super) fn child(mut self, child: Self) -> Self {
+    /// Text before the children.
+    pub(crate) fn text(mut self, text: impl Into<String>) -> Self {
+        self.text = text.into();
+        self
+    }
+
+    pub(crate) fn child(mut self, child: Self) -> Self {
         self.children.push(child);
         self
     }
 
-    pub(super) fn children(mut self, children: impl IntoIterator<Item = Self>) -> Self {
+    pub(crate) fn children(mut self, children: impl IntoIterator<Item = Self>) -> Self {
         self.children.extend(children);
         self
     }
@@ -83,7 +90,7 @@ impl Element {
     ///
     /// # Errors
     /// None in practice: it is written to memory.
-    pub(super) fn document(&self, comment: &str) -> io::Result<Vec<u8>> {
+    pub(crate) fn document(&self, comment: &str) -> io::Result<Vec<u8>> {
         let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
         writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("utf-8"), None)))?;
         // two hyphens would end it
@@ -98,10 +105,13 @@ impl Element {
     fn write(&self, writer: &mut Writer<Vec<u8>>) -> io::Result<()> {
         let mut start = BytesStart::new(self.tag);
         start.extend_attributes(self.attributes.iter().map(|(name, value)| (*name, value.as_str())));
-        if self.children.is_empty() {
+        if self.children.is_empty() && self.text.is_empty() {
             return writer.write_event(Event::Empty(start));
         }
         writer.write_event(Event::Start(start))?;
+        if !self.text.is_empty() {
+            writer.write_event(Event::Text(BytesText::new(&self.text)))?;
+        }
         for child in &self.children {
             child.write(writer)?;
         }

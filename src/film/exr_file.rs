@@ -11,6 +11,7 @@ use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
 use glam::{DMat3, DMat4, DVec3};
 
 use super::image::Image;
+use super::layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind};
 use super::picture_file::{Picture, PictureError};
 use crate::output::{OutputError, write_whole};
 
@@ -218,185 +219,134 @@ fn numbers(samples: &FlatSamples) -> Vec<f32> {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use std::fs;
-
-    use super::*;
-    use crate::film::{Aov, Film, FilmSettings, read_picture};
-    use exr::prelude::{FlatImage, MetaData, read_all_flat_layers_from_file};
-
-    fn picture() -> Image {
-        let settings = FilmSettings { size: [40, 30], crop: Some([7, 11, 5, 3]), ..FilmSettings::default() };
-        let film = Film::try_new(&settings, &Aov::ALL).unwrap();
-        let mut image = film.image();
-        let count = image.channels().len();
-        let values: Vec<f32> = (0..15 * count).map(|i| i as f32 * 0.1 - 3.0).collect();
-        image.put_tile(film.window(), &values);
-        image
+/// Decodes all parts of an EXR file, with every channel as it is.
+pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredPicture, PictureError> {
+    let failed = |reason: String| PictureError::Decode { path: path.into(), format: "OpenEXR", reason };
+    let image = exr::image::read::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| failed(error.to_string()))?;
+    let mut notes = Vec::new();
+    if let Some(primaries) = image.attributes.chromaticities.filter(|primaries| *primaries != REC_709) {
+        let xy = |name, place: Vec2<f32>| format!("{name} {}, {}", place.x(), place.y());
+        notes.push(format!(
+            "the colours are not of Rec. 709 but of other primaries: {}, {}, {}, {}",
+            xy("red", primaries.red),
+            xy("green", primaries.green),
+            xy("blue", primaries.blue),
+            xy("white", primaries.white)
+        ));
     }
-
-    fn header() -> ExrHeader {
-        ExrHeader {
-            camera_from_world: DMat4::from_translation(DVec3::new(1.0, 2.0, 3.0)),
-            screen_window_width: 0.75,
-            scene_hash: "abc".to_owned(),
-            seed: u64::MAX,
-            spp: 64,
-            settings: "{\"object\":\"Würfel 立方体\"}".to_owned(),
-        }
-    }
-
-    fn write(folder: &Path, name: &str) -> std::path::PathBuf {
-        let path = folder.join(name);
-        write_exr(&path, &picture(), &header()).unwrap();
-        path
-    }
-
-    #[test]
-    fn channels_come_back() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = write(folder.path(), "a.exr");
-        let back: FlatImage = read_all_flat_layers_from_file(&path).unwrap();
-        assert_eq!(back.layer_data.len(), 1, "one part");
-        let image = picture();
-        let channels = &back.layer_data[0].channel_data.list;
-        assert_eq!(channels.len(), image.channels().len());
-        for channel in channels {
-            let name = channel.name.to_string();
-            let want = image.channel(&name).expect("no channel that was not asked for");
-            let FlatSamples::F32(got) = &channel.sample_data else {
-                panic!("{name} is not 32-bit float");
+    let recorded = image.layer_data.first().map(|part| recorded(&part.attributes, &image.attributes));
+    let display = image.attributes.display_window;
+    let display = area(display.position, display.size)
+        .ok_or_else(|| failed("its display window is too large".into()))?;
+    let mut parts = Vec::new();
+    for part in image.layer_data {
+        let data = area(part.attributes.layer_position, part.size);
+        let data = data.ok_or_else(|| failed("a data window is too large".to_owned()))?;
+        let mut channels = Vec::new();
+        for channel in part.channel_data.list {
+            let name = string(&channel.name);
+            if channel.sampling != Vec2(1, 1) {
+                let reason = format!("its channel {name} is subsampled; one sample for each pixel would do");
+                return Err(failed(reason));
+            }
+            let (kind, numbers) = match channel.sample_data {
+                samples @ FlatSamples::F16(_) => (SampleKind::Half, Numbers::Real(numbers(&samples))),
+                FlatSamples::F32(floats) => (SampleKind::Float, Numbers::Real(floats)),
+                FlatSamples::U32(whole) => (SampleKind::Uint, Numbers::Whole(whole)),
             };
-            assert_eq!(got, want, "{name}");
+            channels.push(LayeredChannel { name, kind, numbers });
         }
-        for name in ["R", "A", "depth.T", "st.S", "object.I", "variance.B", "geo_normal.Z"] {
-            assert!(channels.iter().any(|c| c.name.eq(name)), "{name}");
+        parts.push(Part { name: part.attributes.layer_name.as_ref().map(string), data, channels });
+    }
+    let recorded = recorded.unwrap_or_default();
+    Ok(LayeredPicture { format: "OpenEXR", display, parts, srgb_encoded: false, recorded, notes })
+}
+
+fn area(position: Vec2<i32>, size: Vec2<usize>) -> Option<Area> {
+    let (width, height) = (i32::try_from(size.0).ok()?, i32::try_from(size.1).ok()?);
+    position.0.checked_add(width)?;
+    position.1.checked_add(height)?;
+    Some(Area { x: position.0, y: position.1, width: width.unsigned_abs(), height: height.unsigned_abs() })
+}
+
+/// Text of a file, which is UTF-8 if this program wrote it.
+fn string(text: &Text) -> String {
+    String::from_utf8_lossy(text.as_slice()).into_owned()
+}
+
+/// What the attributes say of how the picture was made.
+fn recorded(part: &LayerAttributes, shared: &ImageAttributes) -> Recorded {
+    let own = |name: &str| {
+        let key = text(&format!("trimray/{name}"));
+        match part.other.get(&key).or_else(|| shared.other.get(&key))? {
+            AttributeValue::Text(value) => Some(string(value)),
+            AttributeValue::I32(value) => Some(value.to_string()),
+            _ => None,
         }
-    }
-
-    #[test]
-    fn pictures_are_read_back() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = write(folder.path(), "a.exr");
-        let read = read_picture(&path, false).unwrap();
-        assert_eq!(read.size, [5, 3], "the data window");
-        let image = picture();
-        let colours = ["R", "G", "B"].map(|name| image.channel(name).unwrap());
-        for (i, pixel) in read.pixels.iter().enumerate() {
-            assert_eq!(*pixel, colours.map(|colour| colour[i]));
-        }
-        assert_ne!(read.pixels[0], read.pixels[5]);
-    }
-
-    fn written_by_the_crate(channels: &[(&str, FlatSamples)]) -> Result<Picture, PictureError> {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.exr");
-        let list = channels.iter().map(|(name, samples)| AnyChannel::new(*name, samples.clone()));
-        let channels = AnyChannels::sort(list.collect());
-        exr::image::Image::from_channels((2, 1), channels).write().to_file(&path).unwrap();
-        read_picture(&path, true)
-    }
-
-    #[test]
-    fn luminance_halves_and_missing_channels() {
-        let halves = [0.5, 0.1].map(exr::prelude::f16::from_f32);
-        let grey = written_by_the_crate(&[("Y", FlatSamples::F16(halves.to_vec()))]).unwrap();
-        assert_eq!(grey.pixels, [[0.5; 3], [halves[1].to_f32(); 3]]);
-        let depth = FlatSamples::F32(vec![1.0, 2.0]);
-        let chroma = [("Y", depth.clone()), ("RY", depth.clone()), ("BY", depth.clone())];
-        assert!(matches!(written_by_the_crate(&chroma), Err(PictureError::Channels { .. })));
-        let error = written_by_the_crate(&[("Z", depth.clone()), ("R", depth)]).unwrap_err().to_string();
-        assert!(
-            error.ends_with("a.exr: has the channels R, Z; a picture needs R, G and B, or Y alone"),
-            "{error}"
-        );
-    }
-
-    #[test]
-    fn other_primaries_are_converted() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.exr");
-        let read = |primaries: Chromaticities, colour: [f32; 3]| {
-            let list = ["R", "G", "B"].iter().zip(colour);
-            let list = list.map(|(name, value)| AnyChannel::new(*name, FlatSamples::F32(vec![value])));
-            let mut image = exr::image::Image::from_channels((1, 1), AnyChannels::sort(list.collect()));
-            image.attributes.chromaticities = Some(primaries);
-            image.write().to_file(&path).unwrap();
-            let [pixel] = read_picture(&path, false).unwrap().pixels[..] else { panic!("one pixel") };
-            pixel
-        };
-        let near = |got: [f32; 3], want: [f32; 3]| {
-            assert!(
-                got.iter().zip(want).all(|(got, want)| (got - want).abs() < 2e-4),
-                "{got:?}, want {want:?}"
-            );
-        };
-        assert_eq!(read(REC_709, [0.1, 0.2, 0.3]), [0.1, 0.2, 0.3]);
-        // CIE XYZ: the white D65, and Rec. 709's green (IEC 61966-2-1)
-        let third = 1.0 / 3.0;
-        let xyz = Chromaticities {
-            red: Vec2(1.0, 0.0),
-            green: Vec2(0.0, 1.0),
-            blue: Vec2(0.0, 0.0),
-            white: Vec2(third, third),
-        };
-        near(read(xyz, [0.9505, 1.0, 1.089]), [1.0; 3]);
-        near(read(xyz, [0.3576, 0.7152, 0.1192]), [0.0, 1.0, 0.0]);
-        // Rec. 2020 has the same white; its green is outside Rec. 709 (ITU-R BT.2087)
-        let wide = Chromaticities {
-            red: Vec2(0.708, 0.292),
-            green: Vec2(0.17, 0.797),
-            blue: Vec2(0.131, 0.046),
-            white: REC_709.white,
-        };
-        near(read(wide, [1.0; 3]), [1.0; 3]);
-        near(read(wide, [0.0, 1.0, 0.0]), [-0.5876, 1.1329, -0.1006]);
-    }
-
-    #[test]
-    fn header_says_all() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = write(folder.path(), "a.exr");
-        let meta = MetaData::read_from_file(&path, true).unwrap();
-        let part = &meta.headers[0];
-        let shared = &part.shared_attributes;
-        assert_eq!(shared.display_window, IntegerBounds::new((0, 0), (40, 30)));
-        assert_eq!(part.data_window(), IntegerBounds::new((7, 11), (5, 3)));
-        assert_eq!(shared.chromaticities, Some(REC_709));
-        let own = &part.own_attributes;
-        assert!(own.software_name.as_ref().unwrap().to_string().starts_with("trimray "));
-        let matrix = own.world_to_camera.unwrap();
-        assert_eq!(matrix[12..], [1.0, 2.0, 3.0, 1.0], "row vectors");
-        assert_eq!(own.screen_window_width, 0.75);
-        let want = [
-            ("trimray/version", AttributeValue::Text(text(env!("CARGO_PKG_VERSION")))),
-            ("trimray/sceneHash", AttributeValue::Text(text("abc"))),
-            ("trimray/seed", AttributeValue::Text(text("18446744073709551615"))),
-            ("trimray/spp", AttributeValue::I32(64)),
-            ("trimray/settings", AttributeValue::Text(text(&header().settings))),
-        ];
-        for (name, value) in want {
-            assert_eq!(own.other.get(&text(name)), Some(&value), "{name}");
-        }
-        assert_eq!(own.capture_date, None);
-    }
-
-    #[test]
-    fn bytes_are_the_same_each_time() {
-        let folder = tempfile::tempdir().unwrap();
-        let first = fs::read(write(folder.path(), "first.exr")).unwrap();
-        for i in 0..8 {
-            let again = fs::read(write(folder.path(), "again.exr")).unwrap();
-            assert!(first == again, "run {i} differs");
-        }
-    }
-
-    #[test]
-    fn missing_folder_is_an_error() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("none/a.exr");
-        let error = write_exr(&path, &picture(), &header()).unwrap_err();
-        assert!(matches!(error, OutputError::NoFolder { .. }), "{error}");
+    };
+    Recorded {
+        software: part.software_name.as_ref().map(string),
+        version: own("version"),
+        scene_hash: own("sceneHash"),
+        seed: own("seed"),
+        spp: own("spp"),
+        settings: own("settings"),
     }
 }
+
+/// Writes parts with all their channels, ZIP-compressed, without further attributes.
+///
+/// # Errors
+/// If the file cannot be written; nothing is left half-written then.
+pub fn write_layers(path: &Path, picture: &LayeredPicture) -> Result<(), OutputError> {
+    let bytes = encode_layers(picture);
+    let bytes = bytes.map_err(|reason| OutputError::Encode { path: path.into(), reason })?;
+    write_whole(path, &bytes)
+}
+
+fn encode_layers(picture: &LayeredPicture) -> Result<Vec<u8>, String> {
+    let several = picture.parts.len() > 1;
+    let mut layers = Vec::new();
+    for (index, part) in picture.parts.iter().enumerate() {
+        let list = part.channels.iter().map(|channel| {
+            let samples = match &channel.numbers {
+                Numbers::Real(values) => FlatSamples::F32(values.clone()),
+                Numbers::Whole(values) => FlatSamples::U32(values.clone()),
+            };
+            AnyChannel::new(text(&channel.name), samples)
+        });
+        // a file of several parts needs their names
+        let name = part.name.clone().or_else(|| several.then(|| format!("part{index}")));
+        let attributes = LayerAttributes {
+            layer_name: name.map(|name| text(&name)),
+            layer_position: Vec2(part.data.x, part.data.y),
+            software_name: Some(text(concat!("trimray ", env!("CARGO_PKG_VERSION")))),
+            ..LayerAttributes::default()
+        };
+        let size = (part.data.width as usize, part.data.height as usize);
+        layers.push(Layer::new(
+            size,
+            attributes,
+            Encoding::SMALL_LOSSLESS,
+            AnyChannels::sort(list.collect()),
+        ));
+    }
+    let Area { x, y, width, height } = picture.display;
+    let display = IntegerBounds::new((x, y), (width as usize, height as usize));
+    let mut file = Cursor::new(Vec::new());
+    exr::image::Image::from_layers(ImageAttributes::new(display), layers)
+        .write()
+        .to_buffered(&mut file)
+        .map_err(|error| error.to_string())?;
+    Ok(file.into_inner())
+}
+
+#[cfg(test)]
+mod tests;

@@ -4,25 +4,36 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageFormat, Rgba, RgbaImage};
+use image::{DynamicImage, ImageFormat, RgbImage, Rgba, RgbaImage};
 
 use super::image::Image;
+use super::layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind};
 use super::picture_file::{Picture, PictureError};
+use super::raster::Raster;
 use crate::output::{OutputError, write_whole};
 
 /// Least coverage by which colours are divided: half a step of an 8-bit alpha. Below it the pixel
 /// is transparent in the file, and its colour shows nowhere.
 const MIN_ALPHA: f32 = 0.5 / 255.0;
 
-/// Writes R, G, B, A as an 8-bit sRGB preview of the data window.
+/// Writes a picture as [`encode_png`] has it.
+///
+/// # Errors
+/// If the file cannot be written; nothing is left half-written then.
+pub fn write_png(path: &Path, picture: &Image) -> Result<(), OutputError> {
+    let bytes = encode_png(picture);
+    write_whole(path, &bytes.map_err(|reason| OutputError::Encode { path: path.into(), reason })?)
+}
+
+/// R, G, B, A as an 8-bit sRGB preview of the data window: the bytes of a PNG file.
 ///
 /// Colours are clamped to `[0, 1]`. The picture's colours are multiplied by its alpha
 /// (a pixel half covered is half as bright), PNG's are not, so they are divided by it; where that
 /// makes them brighter than 1 they are clamped. A missing alpha is 1, a missing colour 0.
 ///
 /// # Errors
-/// If the file cannot be written; nothing is left half-written then.
-pub fn write_png(path: &Path, picture: &Image) -> Result<(), OutputError> {
+/// What the encoder says: if the picture has no pixels.
+pub fn encode_png(picture: &Image) -> Result<Vec<u8>, String> {
     let window = picture.data_window();
     let channels = ["R", "G", "B", "A"].map(|name| picture.channel(name));
     let pixel = |x: u32, y: u32| {
@@ -34,13 +45,24 @@ pub fn write_png(path: &Path, picture: &Image) -> Result<(), OutputError> {
     };
     let bytes = RgbaImage::from_fn(window.width, window.height, pixel);
     let mut file = Cursor::new(Vec::new());
-    bytes
-        .write_to(&mut file, ImageFormat::Png)
-        .map_err(|error| OutputError::Encode { path: path.into(), reason: error.to_string() })?;
-    write_whole(path, file.get_ref())
+    bytes.write_to(&mut file, ImageFormat::Png).map_err(|error| error.to_string())?;
+    Ok(file.into_inner())
 }
 
-/// The sRGB curve (IEC 61966-2-1) of a linear value, as a byte.
+/// The bytes of a PNG file of a raster.
+///
+/// # Errors
+/// What the encoder says: if there are no pixels.
+pub fn encode_raster(raster: &Raster) -> Result<Vec<u8>, String> {
+    let [width, height] = raster.size;
+    let bytes = raster.pixels.as_flattened().to_vec();
+    let picture = RgbImage::from_raw(width, height, bytes).ok_or("not as many pixels as its size says")?;
+    let mut file = Cursor::new(Vec::new());
+    picture.write_to(&mut file, ImageFormat::Png).map_err(|error| error.to_string())?;
+    Ok(file.into_inner())
+}
+
+/// The sRGB curve (IEC 61966-2-1) of a linear value, as a byte; what is outside of `[0, 1]` is clamped, NaN is 0.
 fn to_srgb(linear: f32) -> u8 {
     let linear = f64::from(linear);
     to_byte(if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 })
@@ -52,21 +74,13 @@ fn to_srgb(linear: f32) -> u8 {
     clippy::cast_sign_loss,
     reason = "the clamped value is in range, and the cast takes NaN to 0"
 )]
-fn to_byte(value: f64) -> u8 {
+pub(super) fn to_byte(value: f64) -> u8 {
     (255.0 * value.clamp(0.0, 1.0)).round() as u8
 }
 
 /// Decodes a PNG, JPEG or Radiance HDR file; sRGB becomes linear light unless `raw`.
 pub(super) fn decode_picture(path: &Path, bytes: &[u8], raw: bool) -> Result<Picture, PictureError> {
-    let (format, name) = match image::guess_format(bytes) {
-        Ok(format @ ImageFormat::Png) => (format, "PNG"),
-        Ok(format @ ImageFormat::Jpeg) => (format, "JPEG"),
-        Ok(format @ ImageFormat::Hdr) => (format, "Radiance HDR"),
-        _ => return Err(PictureError::Format { path: path.into() }),
-    };
-    let decoded = image::load_from_memory_with_format(bytes, format).map_err(|error| {
-        PictureError::Decode { path: path.into(), format: name, reason: error.to_string() }
-    })?;
+    let (decoded, _) = decode(path, bytes)?;
     let size = [decoded.width(), decoded.height()];
     let to_light = |share: f64| to_f32(if raw { share } else { from_srgb(share) });
     let pixels = match decoded {
@@ -81,6 +95,56 @@ pub(super) fn decode_picture(path: &Path, bytes: &[u8], raw: bool) -> Result<Pic
     Ok(Picture { size, pixels })
 }
 
+/// The picture and the name of its format.
+fn decode(path: &Path, bytes: &[u8]) -> Result<(DynamicImage, &'static str), PictureError> {
+    let (format, name) = match image::guess_format(bytes) {
+        Ok(format @ ImageFormat::Png) => (format, "PNG"),
+        Ok(format @ ImageFormat::Jpeg) => (format, "JPEG"),
+        Ok(format @ ImageFormat::Hdr) => (format, "Radiance HDR"),
+        _ => return Err(PictureError::Format { path: path.into() }),
+    };
+    let decoded = image::load_from_memory_with_format(bytes, format).map_err(|error| {
+        PictureError::Decode { path: path.into(), format: name, reason: error.to_string() }
+    })?;
+    Ok((decoded, name))
+}
+
+/// Decodes a PNG, JPEG or Radiance HDR file, with its numbers as they are.
+pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredPicture, PictureError> {
+    let (decoded, format) = decode(path, bytes)?;
+    let display = Area { x: 0, y: 0, width: decoded.width(), height: decoded.height() };
+    let bytes =
+        |raw: Vec<u8>| (SampleKind::Byte, raw.into_iter().map(|n| f32::from(n) / 255.0).collect::<Vec<_>>());
+    let shorts = |raw: Vec<u16>| {
+        (SampleKind::Short, raw.into_iter().map(|n| f32::from(n) / 65535.0).collect::<Vec<_>>())
+    };
+    let (grey, grey_alpha, rgb, rgba) =
+        (&["Y"][..], &["Y", "A"][..], &["R", "G", "B"][..], &["R", "G", "B", "A"][..]);
+    let (names, (kind, values)) = match decoded {
+        DynamicImage::ImageLuma8(picture) => (grey, bytes(picture.into_raw())),
+        DynamicImage::ImageLumaA8(picture) => (grey_alpha, bytes(picture.into_raw())),
+        DynamicImage::ImageRgb8(picture) => (rgb, bytes(picture.into_raw())),
+        DynamicImage::ImageRgba8(picture) => (rgba, bytes(picture.into_raw())),
+        DynamicImage::ImageLuma16(picture) => (grey, shorts(picture.into_raw())),
+        DynamicImage::ImageLumaA16(picture) => (grey_alpha, shorts(picture.into_raw())),
+        DynamicImage::ImageRgb16(picture) => (rgb, shorts(picture.into_raw())),
+        DynamicImage::ImageRgba16(picture) => (rgba, shorts(picture.into_raw())),
+        other => (rgb, (SampleKind::Float, other.into_rgb32f().into_raw())),
+    };
+    let channels = names.iter().enumerate().map(|(at, name)| {
+        let values = values.iter().skip(at).step_by(names.len()).copied().collect();
+        LayeredChannel { name: (*name).to_owned(), kind, numbers: Numbers::Real(values) }
+    });
+    let parts = vec![Part { name: None, data: display, channels: channels.collect() }];
+    let srgb_encoded = kind != SampleKind::Float;
+    let notes = if srgb_encoded {
+        vec![format!("{format}: the numbers are on the sRGB curve and compared as they are, not as light")]
+    } else {
+        Vec::new()
+    };
+    Ok(LayeredPicture { format, display, parts, srgb_encoded, recorded: Recorded::default(), notes })
+}
+
 /// The linear value of a number on the sRGB curve (IEC 61966-2-1).
 fn from_srgb(share: f64) -> f64 {
     if share <= 0.040_45 { share / 12.92 } else { libm::pow((share + 0.055) / 1.055, 2.4) }
@@ -93,7 +157,7 @@ const fn to_f32(value: f64) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use image::{ImageBuffer, Luma, Rgb, Rgb32FImage, RgbImage};
+    use image::{ImageBuffer, Luma, Rgb, Rgb32FImage};
 
     use super::*;
     use crate::film::{Window, read_picture};
@@ -129,6 +193,29 @@ mod tests {
         assert_eq!(read.pixels, [[1000.0 / 65535.0, 1.0, 0.0], [1001.0 / 65535.0, 1.0, 0.0]]);
         let grey = ImageBuffer::from_pixel(1, 2, Luma([51_u8]));
         assert_eq!(saved(grey, "a.png", true).pixels, [[0.2; 3]; 2]);
+    }
+
+    #[test]
+    fn layers_are_the_numbers_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let read = |image: DynamicImage, name: &str| {
+            let path = folder.path().join(name);
+            image.save(&path).unwrap();
+            crate::film::read_layers(&path).unwrap()
+        };
+        let eight = read(RgbaImage::from_pixel(2, 1, Rgba([51, 102, 153, 255])).into(), "a.png");
+        let part = &eight.parts[0];
+        let names: Vec<_> = part.channels.iter().map(|channel| channel.name.as_str()).collect();
+        assert_eq!(names, ["R", "G", "B", "A"]);
+        assert_eq!(part.channels[1].numbers, Numbers::Real(vec![0.4; 2]));
+        assert!(eight.srgb_encoded && eight.notes.len() == 1, "{:?}", eight.notes);
+        let wide: ImageBuffer<Luma<u16>, _> = ImageBuffer::from_pixel(1, 2, Luma([13107_u16]));
+        let wide = read(wide.into(), "b.png");
+        assert_eq!(wide.parts[0].channels[0].kind, SampleKind::Short);
+        assert_eq!(wide.parts[0].channels[0].numbers, Numbers::Real(vec![0.2; 2]));
+        let light = read(Rgb32FImage::from_pixel(1, 1, Rgb([2.0, 1.0, 0.5])).into(), "a.hdr");
+        assert!(!light.srgb_encoded);
+        assert_eq!(light.parts[0].channels[0].numbers, Numbers::Real(vec![2.0]));
     }
 
     #[test]

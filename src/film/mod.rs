@@ -1,5 +1,6 @@
 //! Stage 6: pictures and the files they go to.
 
+mod animated_png;
 mod aov;
 mod exposure;
 mod exr_file;
@@ -8,18 +9,23 @@ mod film;
 mod filter;
 mod image;
 mod image_file;
+mod layers;
 mod overlay;
 mod picture_file;
+mod raster;
 mod sample;
 mod settings;
 
 pub use self::image::{Channel, Image, Window};
+pub use animated_png::encode_animation;
 pub use exposure::Exposure;
-pub use exr_file::{ExrHeader, write_exr};
+pub use exr_file::{ExrHeader, write_exr, write_layers};
 pub use film::{Film, FilmError};
 pub use filter::Filter;
-pub use image_file::write_png;
+pub use image_file::{encode_png, encode_raster, write_png};
+pub use layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind, read_layers};
 pub use overlay::Overlay;
 pub use picture_file::{Picture, PictureError, read_picture};
+pub use raster::Raster;
 pub use sample::{FirstHit, Sample, SurfaceIds};
 pub use settings::{Aov, FilmSettings};

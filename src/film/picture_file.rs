@@ -61,12 +61,17 @@ pub enum PictureError {
 /// # Errors
 /// If the file cannot be read, or is not such a picture.
 pub fn read_picture(path: &Path, raw: bool) -> Result<Picture, PictureError> {
-    let bytes = std::fs::read(path).map_err(|reason| PictureError::Read { path: path.into(), reason })?;
+    let bytes = read_bytes(path)?;
     if exr_file::is_exr(&bytes) {
         exr_file::decode_picture(path, &bytes)
     } else {
         image_file::decode_picture(path, &bytes, raw)
     }
+}
+
+/// All of a file.
+pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, PictureError> {
+    std::fs::read(path).map_err(|reason| PictureError::Read { path: path.into(), reason })
 }
 
 #[cfg(test)]

@@ -8,6 +8,8 @@ use crate::shade::{
 use crate::spline::Axis;
 use crate::subdivide::FrameChoice;
 
+pub(super) use crate::suggestion::{closest, did_you_mean};
+
 /// A value that is chosen by its name.
 pub trait Choice: Copy + 'static {
     /// What is chosen, for messages.
@@ -45,28 +47,6 @@ pub(super) fn lookup(what: &str, known: &[&str], name: &str) -> Result<usize, St
     }
     let list = known.join(", ");
     Err(format!("unknown {what} {} (known: {list}){}", quoted(name), did_you_mean(name, known)))
-}
-
-/// The known name that `name` is most likely a misspelling of.
-pub(super) fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
-    // a name far longer than any other is no misspelling, and the distance costs its square
-    if name.len() > 64 {
-        return None;
-    }
-    let name = name.to_lowercase();
-    known
-        .iter()
-        .map(|known| (strsim::damerau_levenshtein(&name, &known.to_lowercase()), *known))
-        // a third of the letters wrong still reads as the word meant; one of two does not
-        .filter(|(distance, known)| *distance <= known.chars().count().div_ceil(3).min(3))
-        .filter(|(distance, known)| *distance < known.chars().count())
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, known)| known)
-}
-
-/// `; did you mean "…"?`, or nothing.
-pub(super) fn did_you_mean(name: &str, known: &[&str]) -> String {
-    closest(name, known).map_or_else(String::new, |known| format!("; did you mean {known:?}?"))
 }
 
 /// A user's text in quotes, on one line and shortened.

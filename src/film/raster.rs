@@ -1,0 +1,60 @@
+//! Pictures as a screen shows them.
+
+use super::image_file::to_byte;
+
+/// Rows of 8-bit colours on the sRGB curve.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Raster {
+    /// Width and height.
+    pub size: [u32; 2],
+    /// Rows from the top, each from the left.
+    pub pixels: Vec<[u8; 3]>,
+}
+
+impl Raster {
+    /// Of colours on the sRGB curve: clamped to `[0, 1]`; NaN is black.
+    pub fn of_screen(size: [u32; 2], colours: &[[f32; 3]]) -> Self {
+        let pixels = colours.iter().map(|colour| colour.map(|share| to_byte(f64::from(share))));
+        Self { size, pixels: pixels.collect() }
+    }
+
+    /// Rasters of one height from left to right, with a gap of `gap` grey columns.
+    ///
+    /// # Panics
+    /// If their heights differ.
+    #[must_use]
+    pub fn beside(rasters: &[&Self], gap: u32) -> Self {
+        const GREY: [u8; 3] = [128; 3];
+        let height = rasters.first().map_or(0, |raster| raster.size[1]);
+        assert!(rasters.iter().all(|raster| raster.size[1] == height), "rasters of one height");
+        let mut pixels = Vec::new();
+        for row in 0..height as usize {
+            for (index, raster) in rasters.iter().enumerate() {
+                if index > 0 {
+                    pixels.extend((0..gap).map(|_| GREY));
+                }
+                let width = raster.size[0] as usize;
+                pixels.extend(&raster.pixels[row * width..][..width]);
+            }
+        }
+        let gaps = u32::try_from(rasters.len()).unwrap_or_default().saturating_sub(1) * gap;
+        let width = rasters.iter().map(|raster| raster.size[0]).sum::<u32>() + gaps;
+        Self { size: [width, height], pixels }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rasters_stand_beside_each_other() {
+        let one = Raster::of_screen([1, 2], &[[0.0, 0.5, 1.0], [2.0, -1.0, f32::NAN]]);
+        assert_eq!(one.pixels, [[0, 128, 255], [255, 0, 0]]);
+        let two = Raster { size: [2, 2], pixels: vec![[1; 3], [2; 3], [3; 3], [4; 3]] };
+        let both = Raster::beside(&[&one, &two], 1);
+        assert_eq!(both.size, [4, 2]);
+        let want = [[0, 128, 255], [128; 3], [1; 3], [2; 3], [255, 0, 0], [128; 3], [3; 3], [4; 3]];
+        assert_eq!(both.pixels, want);
+    }
+}

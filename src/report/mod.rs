@@ -1,0 +1,13 @@
+//! What was found, for people as a page of one file, and for build servers as `JUnit`; the only folder that names the `maud` crate.
+//!
+//! A page needs no network: its pictures, its style and its few lines of script are in it.
+
+mod difference;
+mod junit;
+mod page;
+mod pictures;
+
+pub use difference::{DifferencePage, difference_page};
+pub use junit::{TestCase, junit};
+pub use page::{Html, page, table};
+pub use pictures::{Shown, figure, flip, wipe};
