@@ -9,10 +9,10 @@ use thiserror::Error;
 use super::silhouette::Silhouette;
 use super::{Bytes, MethodResult, Seconds};
 use crate::deviation::{Deviation, DeviationError, deviation};
-use crate::film::Aov;
+use crate::film::{Aov, Image};
 use crate::render::{RenderControl, RenderError, Rendered, render};
 use crate::scene::{BuiltScene, Method, ObjectShape, SceneDescription, SceneError};
-use crate::shade::{Camera, CameraError, CameraSettings, ShadingScene};
+use crate::shade::{Camera, CameraError, ShadingScene};
 
 /// Tolerances of adaptive subdivision where none are asked for, in parts of the greatest deformed object's diagonal.
 const TOLERANCES: [f64; 3] = [1e-3, 1e-4, 1e-5];
@@ -85,51 +85,74 @@ fn by_method(scene: &SceneDescription, method: Method) -> SceneDescription {
     scene
 }
 
-/// Builds, renders and measures a scene exactly and by each method; the exact one comes first. `progress` is told what is done
-/// next.
+/// A result and what it was made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Made<'a> {
+    /// The scene by the method.
+    pub scene: &'a SceneDescription,
+    /// The same, built.
+    pub built: &'a BuiltScene,
+    /// Its camera.
+    pub camera: &'a Camera,
+    /// What was measured.
+    pub result: &'a MethodResult,
+}
+
+/// Builds, renders and measures a scene exactly, again with other random numbers, and by each method. `next` is told what is done
+/// next, `each` is given the results, in this order.
 ///
 /// # Errors
-/// If the scene cannot be built or rendered by any of them, or on `cancel`.
-pub fn measure(
+/// If the scene cannot be built or rendered by any of them, if `each` fails, or on `cancel`.
+pub fn measure<E: From<CompareError>>(
     scene: &SceneDescription,
     settings: &CompareSettings,
     cancel: &AtomicBool,
-    progress: &mut dyn FnMut(&Method),
-) -> Result<Vec<MethodResult>, CompareError> {
+    mut next: impl FnMut(&Method),
+    mut each: impl FnMut(Made<'_>) -> Result<(), E>,
+) -> Result<(), E> {
     let objects = deformed(scene);
     if objects.is_empty() {
-        return Err(CompareError::NotDeformed(scene.path.display().to_string()));
+        return Err(CompareError::NotDeformed(scene.path.display().to_string()).into());
     }
     let mut scene = scene.clone();
     scene.render.aovs = vec![Aov::Depth, Aov::Normal, Aov::Object];
-    progress(&Method::Exact);
+    next(&Method::Exact);
     let started = Instant::now();
     let exact_scene = by_method(&scene, Method::Exact);
-    let exact = exact_scene.build()?;
+    let exact = exact_scene.build().map_err(CompareError::from)?;
     let build = started.elapsed().as_secs_f64();
     // all pictures from one place, which may depend on the object's size
-    let camera = exact.camera;
-    scene.camera = Some(camera);
-    let mut comparing = Comparing { scene: &scene, settings, cancel, camera, objects, exact: None };
-    let first = comparing.result((&exact_scene, Method::Exact), &exact, build)?;
-    comparing.exact = Some((&exact, comparing.silhouette(&exact)?));
-    let mut results = vec![first];
+    scene.camera = Some(exact.camera);
+    let camera = Camera::try_new(&exact.camera, scene.film.size).map_err(CompareError::from)?;
+    let mut comparing = Comparing { settings, cancel, camera: &camera, objects, exact: None };
+    let result = comparing.result((&exact_scene, Method::Exact), &exact, build)?;
+    each(Made { scene: &exact_scene, built: &exact, camera: &camera, result: &result })?;
+    comparing.exact = Some((&exact, comparing.silhouette(&exact, &scene)));
+    let mut again = exact_scene.clone();
+    again.render.seed = again.render.seed.wrapping_add(1);
+    let result = comparing.result((&again, Method::Exact), &exact, build)?;
+    each(Made {
+        scene: &again,
+        built: &exact,
+        camera: &camera,
+        result: &MethodResult { noise: true, ..result },
+    })?;
     for &method in &settings.methods {
-        progress(&method);
+        next(&method);
         let started = Instant::now();
         let by_method = by_method(&scene, method);
-        let built = by_method.build()?;
+        let built = by_method.build().map_err(CompareError::from)?;
         let build = started.elapsed().as_secs_f64();
-        results.push(comparing.result((&by_method, method), &built, build)?);
+        let result = comparing.result((&by_method, method), &built, build)?;
+        each(Made { scene: &by_method, built: &built, camera: &camera, result: &result })?;
     }
-    Ok(results)
+    Ok(())
 }
 
 struct Comparing<'a> {
-    scene: &'a SceneDescription,
     settings: &'a CompareSettings,
     cancel: &'a AtomicBool,
-    camera: CameraSettings,
+    camera: &'a Camera,
     /// The deformed objects.
     objects: Vec<usize>,
     /// The exact scene and its silhouette, once there is one.
@@ -144,7 +167,7 @@ impl Comparing<'_> {
         build: f64,
     ) -> Result<MethodResult, CompareError> {
         let started = Instant::now();
-        let image = self.render(built)?;
+        let image = self.render(scene, built)?;
         let render = started.elapsed().as_secs_f64();
         let started = Instant::now();
         let deviation = self.deviation(scene, built)?;
@@ -152,7 +175,7 @@ impl Comparing<'_> {
         let patches = self.objects.iter().map(|&index| built.traced.objects()[index].patches.len()).sum();
         let silhouette = match &self.exact {
             None => Some(super::SilhouetteError::default()),
-            Some((_, exact)) => exact.error(&self.silhouette(built)?),
+            Some((_, exact)) => exact.error(&self.silhouette(built, scene)),
         };
         let triangles = match method {
             Method::Exact | Method::Triangular => {
@@ -162,26 +185,31 @@ impl Comparing<'_> {
         };
         let is_exact = matches!(method, Method::Exact | Method::Triangular);
         let bytes = Bytes::of(built, &self.objects, is_exact);
-        Ok(MethodResult { method, image, triangles, patches, deviation, silhouette, seconds, bytes })
+        Ok(MethodResult {
+            method,
+            noise: false,
+            image,
+            triangles,
+            patches,
+            deviation,
+            silhouette,
+            seconds,
+            bytes,
+        })
     }
 
-    fn camera(&self) -> Result<Camera, CompareError> {
-        Ok(Camera::try_new(&self.camera, self.scene.film.size)?)
+    fn silhouette(&self, built: &BuiltScene, scene: &SceneDescription) -> Silhouette {
+        Silhouette::of(&built.traced, self.camera, scene.film.size)
     }
 
-    fn silhouette(&self, built: &BuiltScene) -> Result<Silhouette, CompareError> {
-        Ok(Silhouette::of(&built.traced, &self.camera()?, self.scene.film.size))
-    }
-
-    fn render(&self, built: &BuiltScene) -> Result<crate::film::Image, CompareError> {
+    fn render(&self, scene: &SceneDescription, built: &BuiltScene) -> Result<Image, CompareError> {
         let shading = ShadingScene {
             geometry: &built.traced,
             object_materials: &built.materials,
             lights: &built.lights,
         };
         let control = RenderControl { threads: self.settings.threads, ..RenderControl::new(self.cancel) };
-        let Rendered { image, .. } =
-            render(&shading, &self.camera()?, &self.scene.film, &self.scene.render, &control)?;
+        let Rendered { image, .. } = render(&shading, self.camera, &scene.film, &scene.render, &control)?;
         Ok(image)
     }
 

@@ -1,5 +1,6 @@
 //! Beside the pipeline: a scene by several methods, and how far each is from the exact one.
 
+mod figures;
 mod measure;
 mod silhouette;
 
@@ -9,7 +10,10 @@ use crate::deviation::Deviation;
 use crate::film::Image;
 use crate::scene::{BuiltScene, Method};
 
-pub use measure::{CompareError, CompareSettings, default_methods, measure};
+pub use figures::{
+    DeviationFigures, ImageFigures, METRICS, MethodFigures, Needed, SceneFigures, SilhouetteFigures, needed,
+};
+pub use measure::{CompareError, CompareSettings, Made, default_methods, measure};
 pub use silhouette::{Silhouette, SilhouetteError};
 
 /// What a method made of a scene, beside the exact one. Lengths are in parts of each object's diagonal.
@@ -17,6 +21,8 @@ pub use silhouette::{Silhouette, SilhouetteError};
 pub struct MethodResult {
     /// The method of the deformed objects; the others are as they are.
     pub method: Method,
+    /// Whether it is the exact one again, with other random numbers.
+    pub noise: bool,
     /// The picture, with the layers `normal` and `object`.
     pub image: Image,
     /// Flat triangles that the deformed objects are made of; of exact patches the input's.
