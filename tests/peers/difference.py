@@ -59,7 +59,7 @@ def pairs(random):
     small = smooth(3, 2)
     yield "tiny", small, small[::-1], rgb, oiio.FLOAT, "exr"
     hole = np.where(base[:, :, :1] > 0.9, np.float32(np.nan), base)
-    yield "NaN in both", hole, hole + 0.03 * base, rgb, oiio.FLOAT, "exr"
+    yield "NaN in both", hole, hole + 0.05, rgb, oiio.FLOAT, "exr"
     layers = ("R", "G", "B", "A", "depth.T", "normal.X", "normal.Y", "normal.Z", "object.I")
     many = np.concatenate([base, np.ones_like(base[:, :, :1]), 5 * base[:, :, :2], base], axis=-1)
     changed = noise(0.01, many)
