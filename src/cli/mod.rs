@@ -1,5 +1,6 @@
 //! The command line: the only place that prints, reads flags and chooses exit codes.
 
+mod compare;
 mod diff;
 mod drags;
 mod export;
@@ -49,6 +50,8 @@ enum Command {
     Export(export::ExportArgs),
     /// Compare two pictures, as idiff does, layer by layer
     Diff(Box<diff::DiffArgs>),
+    /// Compare exact with pointwise and adaptive deformation: figures, plots and pictures on one page
+    Compare(compare::CompareArgs),
 }
 
 /// What every command takes.
@@ -124,6 +127,7 @@ pub fn run() -> ExitCode {
             Command::Drags(args) => drags::run(args).map(success),
             Command::Export(args) => export::run(args).map(success),
             Command::Diff(args) => diff::run(args),
+            Command::Compare(args) => compare::run(args).map(success),
         });
     match result {
         Ok(code) => code,
@@ -174,21 +178,28 @@ impl SceneArgs {
 
     /// Runs work on the threads asked for.
     fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T, CliError> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.thread_count()?)
-            .build()
-            .map_err(anyhow::Error::from)?;
-        Ok(pool.install(work))
+        install(self.thread_count()?, work)
     }
 
     /// Threads to use; 0 is one for each processor.
     fn thread_count(&self) -> Result<usize, CliError> {
-        const MOST: usize = 1024;
-        match self.threads {
-            None => Ok(0),
-            Some(threads @ 1..=MOST) => Ok(threads),
-            Some(threads) => Err(CliError::Input(format!("--threads {threads}: valid are 1 to {MOST}"))),
-        }
+        thread_count(self.threads)
+    }
+}
+
+/// Runs work on some threads; 0 is one for each processor.
+fn install<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T, CliError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(anyhow::Error::from)?;
+    Ok(pool.install(work))
+}
+
+/// Threads to use; 0 is one for each processor.
+fn thread_count(asked: Option<usize>) -> Result<usize, CliError> {
+    const MOST: usize = 1024;
+    match asked {
+        None => Ok(0),
+        Some(threads @ 1..=MOST) => Ok(threads),
+        Some(threads) => Err(CliError::Input(format!("--threads {threads}: valid are 1 to {MOST}"))),
     }
 }
 
