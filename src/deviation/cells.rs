@@ -26,6 +26,10 @@ const CLOSELY: u32 = 24;
 /// Cells of one triangle that are halved before the search gives up.
 const MAX_CELLS: usize = 400_000;
 
+/// How large cells of flat triangles may be, in parts of the distance looked for, to be asked what of the whole surface is
+/// nearest: for larger ones the answer says little.
+const NEAR: f64 = 4.0;
+
 /// A part of the surface and what of a flat triangle stands for it.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
@@ -219,7 +223,7 @@ impl<'a> Search<'a> {
                     }
                 }
             }
-            self.mesh.distance(farthest.1, farthest.0)
+            self.mesh.nearest(farthest.1, farthest.0).0
         };
         order.par_iter().map(look).reduce(|| 0.0, f64::max)
     }
@@ -230,6 +234,9 @@ impl<'a> Search<'a> {
         let (mut open, _) = self.cells(index);
         let cells = open.clone();
         let mut outcome = Outcome { level, bound: 0.0 };
+        if self.cancel.load(Ordering::Relaxed) {
+            return outcome;
+        }
         let mut neighbours = None;
         let mut looked_at = 0;
         while let Some(cell) = open.pop() {
@@ -248,15 +255,24 @@ impl<'a> Search<'a> {
             let middle = self.middle(&cell);
             let from_own = facet.distance(middle.exact.position);
             if from_own > outcome.level.greater() {
-                let distance = self.mesh.distance(middle.exact.position, from_own);
+                let (distance, nearest) = self.mesh.nearest(middle.exact.position, from_own);
                 if distance > outcome.level.greater() {
                     outcome.level.found = distance;
                 }
-                // another triangle may be nearer to the whole cell
+                let enough = outcome.level.enough();
                 let extent =
                     points.map(|p| p.distance(middle.exact.position)).into_iter().fold(0.0, f64::max);
-                if distance + extent + bend <= outcome.level.enough() {
+                if distance + extent + bend <= enough {
                     continue;
+                }
+                // another triangle, or it and one beside it, may be nearer to the whole cell
+                if let Some(nearest) = nearest {
+                    let other = &self.mesh.facets[nearest];
+                    let apart = points.map(|point| other.distance(point)).into_iter().fold(0.0, f64::max);
+                    let beside = || beside_bound(&self.mesh.neighbours(nearest), other, points, bend);
+                    if apart + bend <= enough || beside() <= enough {
+                        continue;
+                    }
                 }
             }
             if looked_at > MAX_CELLS {
@@ -288,9 +304,12 @@ impl<'a> Search<'a> {
             }
             let extent =
                 cell.corners.map(|corner| corner.flat.distance(middle.flat)).into_iter().fold(0.0, f64::max);
-            if extent <= 0.25 * enough {
+            if extent <= NEAR * enough {
                 let own = self.own_distance(&cell, &middle);
-                let [least, most] = self.surface.distance(middle.flat, own, enough - extent);
+                let ([least, most], nearest) = self.surface.distance(middle.flat, own, enough - extent);
+                if nearest.is_some_and(|other| self.feet_bound(&cell, other) <= enough) {
+                    continue;
+                }
                 if least - self.rounding > outcome.level.greater() {
                     outcome.level.found = least - self.rounding;
                 }

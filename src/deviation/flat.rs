@@ -66,12 +66,15 @@ impl FlatMesh {
         Self { tree: BoxTree::build(&boxes), facets }
     }
 
-    /// Distance of a point from the nearest triangle, if that is below `within`; else `within`.
-    pub(super) fn distance(&self, point: DVec3, within: f64) -> f64 {
-        let mut nearest = within;
+    /// Distance of a point from the nearest triangle and its index, if that is below `within`; else `within`.
+    pub(super) fn nearest(&self, point: DVec3, within: f64) -> (f64, Option<usize>) {
+        let mut nearest = (within, None);
         self.tree.nearest(point, within, |index| {
-            nearest = nearest.min(self.facets[index].distance(point));
-            nearest
+            let distance = self.facets[index].distance(point);
+            if distance < nearest.0 {
+                nearest = (distance, Some(index));
+            }
+            nearest.0
         });
         nearest
     }

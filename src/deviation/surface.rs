@@ -114,19 +114,24 @@ impl<'a> Surface<'a> {
     }
 
     /// Bounds of the distance between a point and the surface, less its `error`: no less than the first, no more than the second,
-    /// which is `within` at most. The first is 0 if the second is found to be `enough` or less.
+    /// which is `within` at most. The first is 0 if the second is found to be `enough` or less. Also the piece that is as near as the
+    /// second, unless that is `within`.
     ///
     /// Parts are halved, those that can be nearest first; a part is near the triangle of its corners by its second partials.
-    pub(super) fn distance(&self, point: DVec3, within: f64, enough: f64) -> [f64; 2] {
-        let mut nearest = within;
+    pub(super) fn distance(&self, point: DVec3, within: f64, enough: f64) -> ([f64; 2], Option<usize>) {
+        let mut nearest = (within, None);
         let mut parts: BinaryHeap<ByValue<(usize, [Place; 3])>> = BinaryHeap::new();
-        let consider = |parts: &mut BinaryHeap<_>, nearest: &mut f64, index: usize, corners: [Place; 3]| {
+        let consider = |parts: &mut BinaryHeap<_>,
+                        nearest: &mut (f64, Option<usize>),
+                        index: usize,
+                        corners: [Place; 3]| {
             let piece: &Piece<'_> = &self.pieces[index];
-            *nearest =
-                corners.iter().fold(*nearest, |least, corner| least.min(corner.position.distance(point)));
+            for corner in &corners {
+                keep_nearer(nearest, corner.position.distance(point), index);
+            }
             let flat = super::triangle::distance(corners.map(|corner| corner.position), point);
             let least = flat - piece.bend(corners.map(|corner| corner.st));
-            if least < *nearest {
+            if least < nearest.0 {
                 parts.push(ByValue(-least, (index, corners)));
             }
         };
@@ -137,24 +142,24 @@ impl<'a> Surface<'a> {
                 consider(&mut parts, &mut nearest, index, [places[0], places[i], places[i + 1]]);
             }
             let middle = piece.corners.iter().sum::<DVec2>() / places.len() as f64;
-            nearest = nearest.min(piece.foot(point, middle).position.distance(point));
+            keep_nearer(&mut nearest, piece.foot(point, middle).position.distance(point), index);
             // no box is nearer than that
-            if nearest <= enough { -1.0 } else { nearest }
+            if nearest.0 <= enough { -1.0 } else { nearest.0 }
         });
         let mut looked_at = 0;
         while let Some(ByValue(least, (index, corners))) = parts.pop() {
             let least = -least;
             looked_at += 1;
-            if nearest <= enough {
-                return [0.0, nearest];
+            if nearest.0 <= enough {
+                return ([0.0, nearest.0], nearest.1);
             }
-            if least >= nearest * (1.0 - NEAREST) || looked_at > MOST_PARTS {
-                return [least.clamp(0.0, nearest), nearest];
+            if least >= nearest.0 * (1.0 - NEAREST) || looked_at > MOST_PARTS {
+                return ([least.clamp(0.0, nearest.0), nearest.0], nearest.1);
             }
             let piece = &self.pieces[index];
             if looked_at % 16 == 1 {
                 let foot = piece.foot(point, (corners[0].st + corners[1].st + corners[2].st) / 3.0);
-                nearest = nearest.min(foot.position.distance(point));
+                keep_nearer(&mut nearest, foot.position.distance(point), index);
             }
             let [a, b, c] = corners;
             let middle = |p: Place, q: Place| piece.place(0.5 * (p.st + q.st));
@@ -163,7 +168,13 @@ impl<'a> Surface<'a> {
                 consider(&mut parts, &mut nearest, index, corners);
             }
         }
-        [nearest, nearest]
+        ([nearest.0; 2], nearest.1)
+    }
+}
+
+fn keep_nearer(nearest: &mut (f64, Option<usize>), distance: f64, piece: usize) {
+    if distance < nearest.0 {
+        *nearest = (distance, Some(piece));
     }
 }
 
@@ -222,24 +233,9 @@ impl<'a> Piece<'a> {
         0.125 * (ss * extent.x * extent.x + 2.0 * st * extent.x * extent.y + tt * extent.y * extent.y)
     }
 
-    /// The point of the piece's closed outline that is nearest to parameters outside; these themselves inside.
+    /// The parameters in the piece that are nearest to others.
     pub(super) fn clamped(&self, st: DVec2) -> DVec2 {
-        let mut nearest = (f64::INFINITY, st);
-        let mut inside = true;
-        for (i, &from) in self.corners.iter().enumerate() {
-            let along = self.corners[(i + 1) % self.corners.len()] - from;
-            if along.perp_dot(st - from) >= 0.0 {
-                continue;
-            }
-            inside = false;
-            let fraction = ((st - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-            let candidate = from + fraction * along;
-            let distance_sq = candidate.distance_squared(st);
-            if distance_sq < nearest.0 {
-                nearest = (distance_sq, candidate);
-            }
-        }
-        if inside { st } else { nearest.1 }
+        polygon::nearest(self.corners, st)
     }
 
     /// Parameters, not bound to the piece, where the patch's tangent plane is nearest to a point: Gauss-Newton from a start.

@@ -74,6 +74,24 @@ pub(crate) fn clip_to_convex(corners: &[DVec2], outline: &[DVec2]) -> Vec<DVec2>
     corners
 }
 
+/// The point of a closed convex polygon, whose corners wind counter-clockwise, that is nearest to `point`.
+pub(crate) fn nearest(corners: &[DVec2], point: DVec2) -> DVec2 {
+    let mut nearest = None;
+    for (i, &from) in corners.iter().enumerate() {
+        let along = corners[(i + 1) % corners.len()] - from;
+        if along.perp_dot(point - from) >= 0.0 {
+            continue;
+        }
+        let fraction = ((point - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        let candidate = from + fraction * along;
+        let distance_sq = candidate.distance_squared(point);
+        if nearest.is_none_or(|(least, _)| distance_sq < least) {
+            nearest = Some((distance_sq, candidate));
+        }
+    }
+    nearest.map_or(point, |(_, candidate)| candidate)
+}
+
 /// Lowest and highest corner of the bounding rectangle; `None` without corners.
 pub(crate) fn bounds(corners: impl IntoIterator<Item = DVec2>) -> Option<[DVec2; 2]> {
     corners.into_iter().map(|corner| [corner; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
@@ -82,6 +100,19 @@ pub(crate) fn bounds(corners: impl IntoIterator<Item = DVec2>) -> Option<[DVec2;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_nearest_point_is_inside_or_on_the_border() {
+        let square = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+        for (point, want) in [
+            (DVec2::new(0.3, 0.4), DVec2::new(0.3, 0.4)),
+            (DVec2::new(-1.0, 0.4), DVec2::new(0.0, 0.4)),
+            (DVec2::new(2.0, 3.0), DVec2::ONE),
+            (DVec2::new(0.5, -0.1), DVec2::new(0.5, 0.0)),
+        ] {
+            assert_eq!(nearest(&square, point), want);
+        }
+    }
 
     #[test]
     fn convex_polygons_intersect() {

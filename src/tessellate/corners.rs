@@ -26,6 +26,8 @@ const THIN: f64 = 0.01;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part<'a> {
     pub(super) patch: &'a TrimmedPatch,
+    /// Its corners in the patch's parameters, counter-clockwise.
+    pub(super) outline: &'a [DVec2],
     /// Index of the prepared polygon it is cut from.
     pub(super) polygon: u32,
     /// Index of the input face.
@@ -79,7 +81,8 @@ pub(super) fn base_mesh(patches: &[TrimmedPatch]) -> Mesh<'_> {
             if outline.len() > 1 && outline[0].vertex == outline[outline.len() - 1].vertex {
                 outline.pop();
             }
-            parts.push(Part { patch, polygon: trim_loop.polygon, face: trim_loop.face });
+            let border = patch.trim.corners(trim_loop);
+            parts.push(Part { patch, outline: border, polygon: trim_loop.polygon, face: trim_loop.face });
             outlines.push(outline);
         }
     }

@@ -2,13 +2,18 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::patch::{PatchPoint, TrimmedPatch};
+use super::corners::Part;
+use crate::math::polygon;
+use crate::patch::PatchPoint;
 
 /// Steps along each side of the grid of points at which a triangle is measured.
 const STEPS: usize = 4;
 
 /// The same for the triangles of the sub-polygons, where the surface may have more than one wave.
 const FIRST_STEPS: usize = 12;
+
+/// Parameters this close to a sub-polygon are inside it: far above rounding, far below what a distance tells.
+const ON_BORDER: f64 = 1e-9;
 
 /// Cosine of the angle between a triangle and the surface below which the distance along the normal says too little.
 const OBLIQUE: f64 = 0.9;
@@ -55,13 +60,16 @@ fn along_surface(point: &PatchPoint, offset: DVec3) -> DVec2 {
 /// A point's distance is that from the surface's point at the same parameters if they matter, as they do for texture
 /// coordinates. Else it is that from the tangent plane where the surface is nearest, after one step of Newton's method
 /// from these parameters: a point on the surface but not where its parameters would be counts as exact. Where the
-/// triangle leans away from the tangent plane, it is the first in any case.
+/// triangle leans away from the tangent plane, it is the first in any case; and where the surface would be nearest beyond the
+/// border of the sub-polygon, which may be a crease, it is that from the nearer of the surface's points there and at the same
+/// parameters.
 pub(super) fn distances(
-    patch: &TrimmedPatch,
+    part: &Part<'_>,
     st: [DVec2; 3],
     corners: [DVec3; 3],
     (is_first, parameters_matter): (bool, bool),
 ) -> Distances {
+    let patch = part.patch;
     let facet = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
     let distance = |weights: DVec3| {
         let at = weights.x * st[0] + weights.y * st[1] + weights.z * st[2];
@@ -71,7 +79,12 @@ pub(super) fn distances(
         if parameters_matter || exact.normal().dot(facet).abs() <= OBLIQUE {
             return offset.length();
         }
-        let nearer = patch.eval_whole(at + along_surface(&exact, offset));
+        let foot = at + along_surface(&exact, offset);
+        let inside = polygon::nearest(part.outline, foot);
+        let nearer = patch.eval_whole(inside);
+        if inside.distance_squared(foot) > ON_BORDER * ON_BORDER {
+            return offset.length().min(flat.distance(nearer.position));
+        }
         (flat - nearer.position).dot(nearer.normal()).abs()
     };
     let steps = if is_first { FIRST_STEPS } else { STEPS };

@@ -17,6 +17,11 @@ const MAX_ROUNDS: usize = 48;
 /// an equilateral one.
 const THIN: f64 = 0.1;
 
+/// Share of a distance that the points it is measured at find of it. Where a triangle is so small that the surface's height above
+/// it is a quadratic, its greatest value is in the middle of an edge, at one of the points, or at the ellipse's centre, with one
+/// of them within a quarter of the way to the corners: 15/16 is found. The rest is for what is not quadratic yet.
+const FOUND: f64 = 0.9;
+
 /// Rounding of a distance between points, in parts of the greatest coordinate.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -63,9 +68,10 @@ impl<'a> Refinement<'a> {
             let mut marked = HashSet::new();
             for (triangle, distances) in self.mesh.triangles.iter_mut().zip(measured) {
                 let Some(distances) = distances else { continue };
-                triangle.settled = distances.greatest() <= tolerance;
+                triangle.settled = distances.greatest() <= FOUND * tolerance;
                 if !triangle.settled {
-                    let marks = marks(&distances, tolerance, lengths_sq(&self.mesh.positions, triangle));
+                    let marks =
+                        marks(&distances, FOUND * tolerance, lengths_sq(&self.mesh.positions, triangle));
                     let edges = edges_of(triangle.vertices).into_iter().zip(marks);
                     marked.extend(edges.filter_map(|(edge, mark)| mark.then_some(ordered(edge))));
                 }
@@ -93,9 +99,9 @@ impl<'a> Refinement<'a> {
     }
 
     fn distances(&self, triangle: &Triangle) -> Distances {
-        let patch = self.mesh.parts[triangle.part as usize].patch;
+        let part = &self.mesh.parts[triangle.part as usize];
         let corners = triangle.vertices.map(|vertex| self.mesh.positions[vertex as usize]);
-        distances(patch, triangle.st, corners, (triangle.is_first, self.parameters_matter))
+        distances(part, triangle.st, corners, (triangle.is_first, self.parameters_matter))
     }
 
     /// Halves the edges that are marked, in all triangles that have them.
