@@ -2,11 +2,15 @@
 //!
 //! A page needs no network: its pictures, its style and its few lines of script are in it.
 
+mod comparison;
 mod difference;
 mod junit;
+mod numbers;
 mod page;
 mod pictures;
+mod plot;
 
+pub use comparison::{MethodPictures, ShownScene, comparison_page};
 pub use difference::{DifferencePage, difference_page};
 pub use junit::{TestCase, junit};
 pub use page::{Html, page, table};
