@@ -5,8 +5,10 @@
 mod comparison;
 mod difference;
 mod junit;
+mod numbers;
 mod page;
 mod pictures;
+mod plot;
 
 pub use comparison::{MethodPictures, ShownScene, comparison_page};
 pub use difference::{DifferencePage, difference_page};

@@ -39,7 +39,8 @@ const STYLE: &str = "
 :root { color-scheme: light dark; --line: #8886; --mark: #c33; --shade: #8881 }
 body { font: 15px/1.5 system-ui, sans-serif; margin: 0 }
 main { max-width: 75rem; margin: auto; padding: 1rem }
-h1 { font-size: 1.5rem } h2 { font-size: 1.15rem; margin-top: 2rem }
+h1 { font-size: 1.5rem } h2 { font-size: 1.15rem; margin-top: 2rem } h3 { font-size: 1rem; margin-top: 1.5rem } h4 { font-size: .9rem; margin-bottom: .3rem }
+.note, dl { font-size: .9rem; max-width: 60rem } dt { font-weight: 600 } dd { margin: 0 0 .4rem 1rem }
 .scroll { overflow-x: auto }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums }
 th, td { border-bottom: 1px solid var(--line); padding: .2rem .7rem; text-align: left; white-space: nowrap }
@@ -55,10 +56,18 @@ img { display: block; max-width: 100%; image-rendering: pixelated }
 .wipe img + img, .flip img + img { position: absolute; inset: 0; height: 100% }
 .wipe hr { position: absolute; top: 0; bottom: 0; width: 2px; margin: 0 -1px; border: 0; background: var(--mark) }
 .wipe:focus-visible, .flip:focus-visible { outline: 2px solid #4a90d9 }
+.number { text-align: right } .guess { font-style: italic } .missing { white-space: normal; font-style: italic }
+.methods { font-size: .8rem } .methods th, .methods td { padding: .2rem .4rem } .methods .first { padding-left: .9rem }
+.methods tr > th[rowspan], .methods th[scope] { position: sticky; left: 0; background: Canvas } th[colspan] { text-align: center } .exact { background: var(--shade) }
+.pair, .plots { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fit, minmax(min(100%, 28rem), 1fr)) }
+.pair figure, .plots figure { display: block; margin: 0 } .pair figure[hidden] { display: none }
+.pair .wipe, .pair img, .plot svg { width: 100%; display: block }
+.scale { display: flex; gap: .5rem; align-items: center; margin: .3rem 0 } select { font: inherit }
+.magma { flex: 1; height: .8rem; background: linear-gradient(90deg, #000004, #1c1044, #4f127b, #812581, #b5367a, #e55064, #fb8761, #fec287, #fcfdbf) }
 ";
 
 /// Wipes follow the pointer while it is down, and the arrow keys; flips change with each click, space or return, or by themselves
-/// with `p`. Any number of them may be on a page.
+/// with `p`; choosers put the picture and the heat map of what is selected in place. Any number of them may be on a page.
 const SCRIPT: &str = "
 for (const box of document.querySelectorAll('.wipe')) {
   const [, top] = box.querySelectorAll('img'), line = box.querySelector('hr');
@@ -96,6 +105,23 @@ for (const box of document.querySelectorAll('.flip')) {
     event.preventDefault();
   });
   show();
+}
+for (const box of document.querySelectorAll('.chooser')) {
+  const select = box.querySelector('select'), wipe = box.querySelector('.wipe'), [, top] = wipe.querySelectorAll('img');
+  const heat = box.querySelector('.heat'), map = heat.querySelector('img');
+  const first = select.selectedOptions[0].dataset;
+  first.picture = top.src;
+  if (!heat.hidden) first.heatMap = map.src;
+  select.addEventListener('change', () => {
+    const { text, dataset } = select.selectedOptions[0];
+    top.src = dataset.picture;
+    top.alt = text;
+    heat.hidden = !dataset.heatMap;
+    if (dataset.heatMap) map.src = dataset.heatMap;
+    for (const named of box.querySelectorAll('.chosen')) named.textContent = text;
+    box.querySelector('.chosen-figures').textContent = dataset.figures;
+    wipe.setAttribute('aria-label', `exact against ${text}`);
+  });
 }
 ";
 

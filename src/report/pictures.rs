@@ -17,7 +17,7 @@ pub struct Shown<'a> {
 
 impl Shown<'_> {
     /// The picture within the page.
-    fn uri(&self) -> String {
+    pub(super) fn uri(&self) -> String {
         format!("data:image/png;base64,{}", STANDARD.encode(self.png))
     }
 }
