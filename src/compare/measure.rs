@@ -213,13 +213,13 @@ impl Comparing<'_> {
         Ok(image)
     }
 
-    /// The greatest deviation of the deformed objects, each in parts of its own diagonal.
+    /// The greatest of each figure among the deformed objects, lengths in parts of their own diagonals.
     fn deviation(
         &self,
         scene: &SceneDescription,
         built: &BuiltScene,
     ) -> Result<Result<Deviation, String>, CompareError> {
-        let mut worst: Option<Deviation> = None;
+        let mut worst = Deviation::default();
         for &index in &self.objects {
             let found = match &self.exact {
                 _ if matches!(scene.objects[index].method, Method::Exact | Method::Triangular) => {
@@ -239,17 +239,15 @@ impl Comparing<'_> {
             };
             let exact = self.exact.as_ref().map_or(built, |(exact, _)| exact);
             let diagonal = diagonal(exact, index);
-            let found = Deviation {
-                max: found.max / diagonal,
-                bound: found.bound / diagonal,
-                mean: found.mean / diagonal,
-                ..found
+            worst = Deviation {
+                max: worst.max.max(found.max / diagonal),
+                bound: worst.bound.max(found.bound / diagonal),
+                mean: worst.mean.max(found.mean / diagonal),
+                normal_max: worst.normal_max.max(found.normal_max),
+                normal_mean: worst.normal_mean.max(found.normal_mean),
             };
-            if worst.is_none_or(|worst| found.max > worst.max) {
-                worst = Some(found);
-            }
         }
-        Ok(Ok(worst.unwrap_or_default()))
+        Ok(Ok(worst))
     }
 }
 

@@ -255,9 +255,38 @@ impl<'a> Piece<'a> {
         st
     }
 
-    /// A point of the piece near the nearest to `point`.
+    /// A point of the piece near the nearest to `point`: where the tangent plane is nearest or, if that is outside, on the edges
+    /// that it is beyond.
     pub(super) fn foot(&self, point: DVec3, start: DVec2) -> Place {
-        self.place(self.clamped(self.free_foot(point, start)))
+        let free = self.free_foot(point, start);
+        let mut nearest: Option<(f64, Place)> = None;
+        for (i, &from) in self.corners.iter().enumerate() {
+            let along = self.corners[(i + 1) % self.corners.len()] - from;
+            if along.perp_dot(free - from) >= 0.0 {
+                continue;
+            }
+            let place = self.foot_on_edge(point, [from, along], free);
+            let distance_sq = place.position.distance_squared(point);
+            if nearest.is_none_or(|(least, _)| distance_sq < least) {
+                nearest = Some((distance_sq, place));
+            }
+        }
+        nearest.map_or_else(|| self.place(free), |(_, place)| place)
+    }
+
+    /// The same on one edge: Newton's method along it.
+    fn foot_on_edge(&self, point: DVec3, [from, along]: [DVec2; 2], start: DVec2) -> Place {
+        let mut fraction = ((start - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        for _ in 0..STEPS {
+            let at = self.patch.patch.eval(from + fraction * along);
+            let tangent = along.x * at.dp_ds + along.y * at.dp_dt;
+            let step = (point - at.position).dot(tangent) / tangent.length_squared();
+            if !step.is_finite() {
+                break;
+            }
+            fraction = (fraction + step).clamp(0.0, 1.0);
+        }
+        self.place(from + fraction * along)
     }
 }
 

@@ -10,6 +10,10 @@ use crate::spline::SplineVolume;
 /// Most triangles of an object.
 const MAX_TRIANGLES: usize = 20_000_000;
 
+/// Places this close to the lattice's box, in parts of its diagonal, belong to it: points between corners on its border are off
+/// by rounding.
+const ON_BORDER: f64 = 1e-10;
+
 /// Greatest number of splittings.
 pub(super) const MAX_LEVEL: u32 = 12;
 
@@ -29,9 +33,7 @@ pub(super) fn deform_pointwise(
             "pointwise:{level} would make more than {MAX_TRIANGLES} triangles; a lower level would do"
         ));
     }
-    let moved = |rest: DVec3| {
-        volumes.iter().fold(rest, |place, volume| volume.eval(place).map_or(place, |point| point.position))
-    };
+    let moved = |rest: DVec3| volumes.iter().fold(rest, |place, volume| moved(volume, place));
     let of_polygon = |index: usize| {
         let polygon = polygons.polygon(index);
         let number = u32::try_from(index).expect("fewer than 2^32 polygons fit in memory");
@@ -42,6 +44,14 @@ pub(super) fn deform_pointwise(
     };
     let made: Vec<_> = (0..polygons.len()).into_par_iter().map(of_polygon).collect();
     Ok(made.into_iter().flatten().collect())
+}
+
+/// Where a volume takes a place: itself outside the lattice's box.
+fn moved(volume: &SplineVolume, place: DVec3) -> DVec3 {
+    let [low, high] = volume.bounds();
+    let inside = place.clamp(low, high);
+    let is_inside = inside.distance(place) <= ON_BORDER * (high - low).length();
+    volume.eval(inside).filter(|_| is_inside).map_or(place, |point| point.position)
 }
 
 fn fan_triangles<'p>(polygon: &'p Polygon<'_>) -> impl Iterator<Item = [DVec3; 3]> + use<'p> {
@@ -73,7 +83,10 @@ mod tests {
     use crate::scene::{BuiltScene, parse_scene};
     use crate::test_support::Noise;
     use crate::trace::{Geometry, Ray, SurfaceInteraction};
-    use glam::DVec3;
+    use glam::{DVec3, DVec4};
+
+    use super::{moved, split};
+    use crate::spline::SplineVolume;
 
     const CUBE: &str = include_str!("../../scenes/meshes/feng_fig07_cube.obj");
 
@@ -121,6 +134,22 @@ mod tests {
         for pair in errors[1..].windows(2) {
             assert!((pair[0] / pair[1] - 4.0).abs() < 0.4, "{errors:?}");
         }
+    }
+
+    #[test]
+    fn points_between_corners_on_the_border_of_the_box_move_too() {
+        // 0.9 u + 0.9 v + 0.9 w is above 0.9 for some u + v + w = 1
+        let volume = SplineVolume::identity([1; 3], [2; 3], [DVec3::splat(0.3), DVec3::splat(0.9)]).unwrap();
+        let shifted: Vec<_> =
+            volume.control_points().into_iter().map(|p| p + DVec4::new(1.0, 0.0, 0.0, 0.0)).collect();
+        let volume = SplineVolume::try_new(volume.axes().clone(), &shifted).unwrap();
+        let triangle = [DVec3::new(0.3, 0.3, 0.9), DVec3::new(0.9, 0.3, 0.9), DVec3::splat(0.9)];
+        let places: Vec<DVec3> = split(triangle, 4).flatten().collect();
+        assert!(places.iter().any(|place| place.max_element() > 0.9), "some are outside by rounding");
+        for place in places {
+            assert!((moved(&volume, place) - place).distance(DVec3::X) < 1e-12, "{place} stays");
+        }
+        assert_eq!(moved(&volume, DVec3::splat(0.91)), DVec3::splat(0.91));
     }
 
     #[test]
