@@ -3,7 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{DVec2, DVec3};
-use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
+use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelExtend, ParallelIterator};
+use rayon::slice::ParallelSliceMut;
 
 use super::flat::{Facet, FlatMesh, Neighbour};
 use super::surface::{Place, Surface};
@@ -19,6 +20,9 @@ const WHOLE: f64 = 1e-6;
 
 /// Triangles that the first search for a great distance looks at closely.
 const PROMISING: usize = 48;
+
+/// Triangles whose distances it asks for at a time.
+const BATCH: usize = 1024;
 
 /// Points along the sides of the cells that it looks at.
 const CLOSELY: u32 = 24;
@@ -46,8 +50,9 @@ struct Corner {
 /// What is known of one flat triangle.
 #[derive(Clone, Copy, Debug, Default)]
 struct Measured {
-    /// Distances in the cells are probably about this.
+    /// The greatest distance from the triangle itself of a few points of the surface, and the point: another one may be nearer.
     likely: f64,
+    place: DVec3,
     /// The integral of the distance, and of the angle in degrees, over the flat triangle; its area.
     distance: f64,
     angle: f64,
@@ -177,10 +182,16 @@ impl<'a> Search<'a> {
             let piece = &self.surface.pieces[piece];
             let middles = [0, 1, 2].map(|i| 0.5 * (corners[i].exact.st + corners[(i + 1) % 3].exact.st));
             let centre = (corners[0].exact.st + corners[1].exact.st + corners[2].exact.st) / 3.0;
-            let distance = |st: DVec2| facet.distance(piece.place(st).position);
-            let at_middles = middles.map(distance);
-            measured.likely =
-                at_middles.into_iter().chain([distance(centre)]).fold(measured.likely, f64::max);
+            let mut distance = |st: DVec2| {
+                let place = piece.place(st).position;
+                let distance = facet.distance(place);
+                if distance > measured.likely {
+                    (measured.likely, measured.place) = (distance, place);
+                }
+                distance
+            };
+            let at_middles = middles.map(&mut distance);
+            distance(centre);
             measured.distance += area * at_middles.iter().sum::<f64>() / 3.0;
             measured.area += area;
             let angle = |st: DVec2| {
@@ -199,33 +210,45 @@ impl<'a> Search<'a> {
     /// A great distance, found by looking closely where it is likely.
     fn first_distance(&self, measured: &[Measured]) -> f64 {
         let mut order: Vec<usize> = (0..measured.len()).collect();
-        let promising = PROMISING.min(order.len());
-        let by_likely =
-            |&a: &usize, &b: &usize| measured[b].likely.total_cmp(&measured[a].likely).then(a.cmp(&b));
-        if promising < order.len() {
-            order.select_nth_unstable_by(promising, by_likely);
-            order.truncate(promising);
+        order
+            .par_sort_unstable_by(|&a, &b| measured[b].likely.total_cmp(&measured[a].likely).then(a.cmp(&b)));
+        let mut known: Vec<(f64, usize)> = Vec::new();
+        let mut found = 0.0;
+        for part in order.chunks(BATCH) {
+            if measured[part[0]].likely <= found {
+                break;
+            }
+            let distance = |&index: &usize| {
+                let Measured { place, likely, .. } = measured[index];
+                (self.mesh.nearest(place, likely).0, index)
+            };
+            known.par_extend(part.par_iter().map(distance));
+            found = known.iter().map(|(distance, _)| *distance).fold(found, f64::max);
         }
-        let look = |&index: &usize| {
-            let facet = &self.mesh.facets[index];
-            let mut farthest = (0.0, DVec3::ZERO);
-            for Cell { piece, corners } in self.cells(index).0 {
-                let [a, b, c] = corners.map(|corner| corner.exact.st);
-                for i in 0..=CLOSELY {
-                    for j in 0..=CLOSELY - i {
-                        let [v, w] = [i, j].map(|k| f64::from(k) / f64::from(CLOSELY));
-                        let st = (1.0 - v - w) * a + v * b + w * c;
-                        let position = self.surface.pieces[piece].place(st).position;
-                        let distance = facet.distance(position);
-                        if distance > farthest.0 {
-                            farthest = (distance, position);
-                        }
+        known.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        known.truncate(PROMISING);
+        known.par_iter().map(|&(_, index)| self.look_closely(index)).reduce(|| found, f64::max)
+    }
+
+    /// The greatest distance of many points of a triangle's part of the surface.
+    fn look_closely(&self, index: usize) -> f64 {
+        let facet = &self.mesh.facets[index];
+        let mut farthest = 0.0;
+        for Cell { piece, corners } in self.cells(index).0 {
+            let [a, b, c] = corners.map(|corner| corner.exact.st);
+            for i in 0..=CLOSELY {
+                for j in 0..=CLOSELY - i {
+                    let [v, w] = [i, j].map(|k| f64::from(k) / f64::from(CLOSELY));
+                    let position =
+                        self.surface.pieces[piece].place((1.0 - v - w) * a + v * b + w * c).position;
+                    let distance = facet.distance(position);
+                    if distance > farthest {
+                        farthest = self.mesh.nearest(position, distance).0.max(farthest);
                     }
                 }
             }
-            self.mesh.nearest(farthest.1, farthest.0).0
-        };
-        order.par_iter().map(look).reduce(|| 0.0, f64::max)
+        }
+        farthest
     }
 
     /// The greatest distance of a triangle's part of the surface, and of the triangle itself, if it is above the one known.
