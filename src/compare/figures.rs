@@ -68,7 +68,7 @@ pub struct DeviationFigures {
     pub max: f64,
     /// No distance is greater than this.
     pub bound: f64,
-    /// The mean over the surface.
+    /// The mean over the surface, from the planes of the triangles.
     pub mean: f64,
     /// Between normals.
     pub normal_max_degrees: f64,

@@ -190,9 +190,12 @@ impl<'a> Search<'a> {
                 }
                 distance
             };
-            let at_middles = middles.map(&mut distance);
             distance(centre);
-            measured.distance += area * at_middles.iter().sum::<f64>() / 3.0;
+            let heights = middles.map(|st| {
+                distance(st);
+                facet.height(piece.place(st).position).abs()
+            });
+            measured.distance += area * heights.iter().sum::<f64>() / 3.0;
             measured.area += area;
             let angle = |st: DVec2| {
                 let normal = piece.normal(st);

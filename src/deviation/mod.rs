@@ -33,7 +33,7 @@ pub struct Deviation {
     pub max: f64,
     /// No point of the one is farther from the other than this: at most 1 % more than `max`, or more than rounding.
     pub bound: f64,
-    /// Mean distance of the surface from the triangle that stands for it, by area.
+    /// Mean distance of the surface from the plane of the triangle that stands for it, by area.
     pub mean: f64,
     /// Greatest angle between a triangle and the surface it stands for, at corners and centroids; degrees.
     pub normal_max: f64,

@@ -46,6 +46,17 @@ impl Distances {
     }
 }
 
+/// Whether the line between two places is part of a closed outline.
+fn is_border(outline: &[DVec2], [from, to]: [DVec2; 2]) -> bool {
+    let near = |point: DVec2, a: DVec2, along: DVec2| {
+        (point - a).perp_dot(along).abs() <= ON_BORDER * along.length()
+    };
+    outline.iter().enumerate().any(|(i, &a)| {
+        let along = outline[(i + 1) % outline.len()] - a;
+        near(from, a, along) && near(to, a, along)
+    })
+}
+
 /// The step of the parameters whose partials come nearest to an offset; none where they are parallel.
 fn along_surface(point: &PatchPoint, offset: DVec3) -> DVec2 {
     let (s, t) = (point.dp_ds, point.dp_dt);
@@ -62,7 +73,8 @@ fn along_surface(point: &PatchPoint, offset: DVec3) -> DVec2 {
 /// from these parameters: a point on the surface but not where its parameters would be counts as exact. Where the
 /// triangle leans away from the tangent plane, it is the first in any case; and where the surface would be nearest beyond the
 /// border of the sub-polygon, which may be a crease, it is that from the nearer of the surface's points there and at the same
-/// parameters.
+/// parameters. On edges that are part of such a border it is no less than that of the surface's border from the edge's line:
+/// beyond a crease there may be nothing of the triangles that is nearer.
 pub(super) fn distances(
     part: &Part<'_>,
     st: [DVec2; 3],
@@ -87,6 +99,12 @@ pub(super) fn distances(
         }
         (flat - nearer.position).dot(nearer.normal()).abs()
     };
+    let on_border = [0, 1, 2].map(|edge| is_border(part.outline, [st[edge], st[(edge + 1) % 3]]));
+    let from_line = |weights: DVec3, edge: usize| {
+        let at = weights.x * st[0] + weights.y * st[1] + weights.z * st[2];
+        let [from, along] = [corners[edge], (corners[(edge + 1) % 3] - corners[edge]).normalize_or_zero()];
+        (patch.eval_whole(at).position - from).cross(along).length()
+    };
     let steps = if is_first { FIRST_STEPS } else { STEPS };
     let mut found = Distances::default();
     found.add(distance(DVec3::splat(1.0 / 3.0)), [false; 3]);
@@ -97,7 +115,9 @@ pub(super) fn distances(
                 continue;
             }
             let weights = DVec3::new(k as f64, i as f64, j as f64) / steps as f64;
-            found.add(distance(weights), [j == 0, k == 0, i == 0]);
+            let on = [j == 0, k == 0, i == 0];
+            let border = (0..3).find(|&edge| on[edge] && on_border[edge]);
+            found.add(border.map_or(0.0, |edge| from_line(weights, edge)).max(distance(weights)), on);
         }
     }
     found

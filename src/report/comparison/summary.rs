@@ -67,7 +67,7 @@ fn noisiness(noise: &MethodFigures) -> Option<String> {
     } else {
         let flip = short(flip);
         format!(
-            "Another seed alone, which is noise, makes a FLIP of {flip}: methods near that are not told from the exact one."
+            "Another seed alone, which is noise, makes a FLIP of {flip}; all methods have the exact one's random numbers, so that smaller differences show too."
         )
     })
 }
