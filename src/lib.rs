@@ -11,9 +11,9 @@
 //!    [`surface`]: parametric surfaces as patches; [`analytic`]: extension functions and chains of deformations, as cells
 //! 5. [`trace`]: rays against patches: acceleration structure, Bézier clipping, Newton's method
 //! 6. [`film`], [`shade`], [`render`]: from hits to a picture
-//!    [`difference`]: how far a picture is from another
+//!    [`difference`]: how far a picture is from another; [`deviation`]: how far triangles are from a surface
 //! 7. [`scene`]: scene files; [`tessellate`], [`export`]: the exact patches or triangles for other programs;
-//!    [`report`]: what was found, for people and for build servers; [`cli`]: the commands
+//!    [`compare`]: a scene by several methods; [`report`]: what was found, for people and for build servers; [`cli`]: the commands
 //!
 //! # Guarantees
 //! A patch is the volume on its plane to 1e-12 of the diagonal; hits are on their ray and on the surface to 1e-11; no part

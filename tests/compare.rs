@@ -99,15 +99,15 @@ fn adaptive_triangles_stand_for_surfaces_and_shade_with_normals() {
     let at = TestFolder::new();
     at.write(
         "surface.toml",
-        "[[object]]\nname = \"ball\"\nsurface = { type = \"sphere\" }\nmethod = \"adaptive:0.01\"\n\
-         [[object]]\nname = \"other\"\nsurface = { type = \"sphere\" }\n",
+        "[[object]]\nname = \"ball\"\nsurface = { type = \"sphere\", radius = 1 }\nmethod = \"adaptive:0.01\"\n\
+         [[object]]\nname = \"other\"\nsurface = { type = \"sphere\", radius = 1 }\n",
     );
     let info: Value = serde_json::from_str(&at.succeed(&["info", "surface.toml", "--json"]).stdout).unwrap();
     let patches = |index: usize| info["objects"][index]["patches"].as_u64().unwrap();
     assert!(patches(0) > 50 && patches(0) < 5000 && patches(1) < 50, "{info}");
     at.write(
         "pointwise.toml",
-        "[[object]]\nname = \"ball\"\nsurface = { type = \"sphere\" }\nmethod = \"pointwise:2\"\n",
+        "[[object]]\nname = \"ball\"\nsurface = { type = \"sphere\", radius = 1 }\nmethod = \"pointwise:2\"\n",
     );
     let run = at.run(&["info", "pointwise.toml"]);
     assert_eq!(run.code, 2);
