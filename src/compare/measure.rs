@@ -57,7 +57,9 @@ pub fn default_methods(scene: &SceneDescription, levels: u32) -> Result<Vec<Meth
     // to one digit
     let unit = libm::exp10(libm::floor(libm::log10(size.max(f64::MIN_POSITIVE))));
     let rounded = (size / unit).round() * unit;
-    let pointwise = (0..=levels).map(|level| Method::Pointwise { level });
+    // surfaces have no triangles to split
+    let has_mesh = deformed(scene).iter().any(|&index| scene.objects[index].shape.mesh().is_some());
+    let pointwise = (0..=levels).filter(|_| has_mesh).map(|level| Method::Pointwise { level });
     let digits = |tolerance: f64| format!("{tolerance:.0e}").parse().unwrap_or(tolerance);
     let adaptive = TOLERANCES.map(|tolerance| Method::Adaptive { tolerance: digits(tolerance * rounded) });
     Ok(pointwise.chain(adaptive).collect())

@@ -24,6 +24,10 @@ const PROMISING: usize = 48;
 /// Triangles whose distances it asks for at a time.
 const BATCH: usize = 1024;
 
+/// The same for the distances of triangles' points from the surface, which take longer, and how many at most.
+const FLAT_BATCH: usize = 64;
+const MOST_FLAT: usize = 4096;
+
 /// Points along the sides of the cells that it looks at.
 const CLOSELY: u32 = 24;
 
@@ -53,6 +57,9 @@ struct Measured {
     /// The greatest distance from the triangle itself of a few points of the surface, and the point: another one may be nearer.
     likely: f64,
     place: DVec3,
+    /// The same of points of the triangle, from the pieces it stands for.
+    flat_likely: f64,
+    flat_place: DVec3,
     /// The integral of the distance, and of the angle in degrees, over the flat triangle; its area.
     distance: f64,
     angle: f64,
@@ -191,6 +198,11 @@ impl<'a> Search<'a> {
                 distance
             };
             distance(centre);
+            let flat = (p + q + r) / 3.0;
+            let from_piece = piece.foot(flat, centre).position.distance(flat);
+            if from_piece > measured.flat_likely {
+                (measured.flat_likely, measured.flat_place) = (from_piece, flat);
+            }
             let heights = middles.map(|st| {
                 distance(st);
                 facet.height(piece.place(st).position).abs()
@@ -230,7 +242,30 @@ impl<'a> Search<'a> {
         }
         known.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         known.truncate(PROMISING);
-        known.par_iter().map(|&(_, index)| self.look_closely(index)).reduce(|| found, f64::max)
+        found = known.par_iter().map(|&(_, index)| self.look_closely(index)).reduce(|| found, f64::max);
+        self.first_flat_distance(measured, found)
+    }
+
+    /// The same of points of the triangles, if it is greater than one known.
+    fn first_flat_distance(&self, measured: &[Measured], mut found: f64) -> f64 {
+        let mut order: Vec<usize> =
+            (0..measured.len()).filter(|&index| measured[index].flat_likely > found).collect();
+        order.par_sort_unstable_by(|&a, &b| {
+            measured[b].flat_likely.total_cmp(&measured[a].flat_likely).then(a.cmp(&b))
+        });
+        order.truncate(MOST_FLAT);
+        for part in order.chunks(FLAT_BATCH) {
+            let distance = |&index: &usize| {
+                let Measured { flat_place, flat_likely, .. } = measured[index];
+                let ([least, _], _) = self.surface.distance(flat_place, flat_likely, found);
+                least - self.rounding
+            };
+            if measured[part[0]].flat_likely <= found {
+                break;
+            }
+            found = part.par_iter().map(distance).reduce(|| found, f64::max);
+        }
+        found
     }
 
     /// The greatest distance of many points of a triangle's part of the surface.
