@@ -13,6 +13,7 @@
 //! 6. [`film`], [`shade`], [`render`]: from hits to a picture
 //!    [`difference`]: how far a picture is from another
 //! 7. [`scene`]: scene files; [`tessellate`], [`export`]: the exact patches or triangles for other programs;
+//!    [`compare`]: a scene by several methods; [`reference_test`]: scenes against their reference pictures;
 //!    [`report`]: what was found, for people and for build servers; [`cli`]: the commands
 //!
 //! # Guarantees
@@ -61,6 +62,7 @@ mod math;
 pub mod mesh;
 pub mod output;
 pub mod patch;
+pub mod reference_test;
 pub mod render;
 pub mod report;
 pub mod scene;
