@@ -13,7 +13,8 @@
 //! 6. [`film`], [`shade`], [`render`]: from hits to a picture
 //!    [`difference`]: how far a picture is from another; [`deviation`]: how far triangles are from a surface
 //! 7. [`scene`]: scene files; [`tessellate`], [`export`]: the exact patches or triangles for other programs;
-//!    [`compare`]: a scene by several methods; [`report`]: what was found, for people and for build servers; [`cli`]: the commands
+//!    [`compare`]: a scene by several methods; [`reference_test`]: scenes against their references;
+//!    [`report`]: what was found, for people and for build servers; [`cli`]: the commands
 //!
 //! # Guarantees
 //! A patch is the volume on its plane to 1e-12 of the diagonal; hits are on their ray and on the surface to 1e-11; no part
@@ -61,6 +62,7 @@ mod math;
 pub mod mesh;
 pub mod output;
 pub mod patch;
+pub mod reference_test;
 pub mod render;
 pub mod report;
 pub mod scene;

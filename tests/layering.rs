@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the pipeline; each may use those before it.
-const ORDER: [&str; 23] = [
+const ORDER: [&str; 24] = [
     "math",
     "output",
     "suggestion",
@@ -26,6 +26,7 @@ const ORDER: [&str; 23] = [
     "scene",
     "export",
     "compare",
+    "reference_test",
     "report",
     "cli",
 ];

@@ -12,13 +12,13 @@ use crate::compare::{
     needed,
 };
 use crate::difference::{self, Comparison, Metric};
+use crate::export::PictureSettings;
 use crate::film::{LayeredPicture, encode_png, encode_raster, read_layers, write_exr};
 use crate::output::{OutputError, check_writable, write_whole};
 use crate::render::RenderError;
 use crate::report::{MethodPictures, ShownScene, comparison_page};
 use crate::scene::{Method, SceneDescription, parse_scene, parse_size, validate_film};
 
-use super::picture_settings::PictureSettings;
 use super::progress::spinner;
 use super::{CliError, INTERRUPTED, check_interrupted, install, print_result, thread_count};
 
@@ -183,7 +183,8 @@ impl CompareArgs {
         let stem = made.scene.path.file_stem().unwrap_or_default().to_string_lossy();
         let method = if made.result.noise { "noise".to_owned() } else { made.result.method.to_string() };
         let path = self.output.join(format!("{stem}_{}.exr", method.replace(':', "_")));
-        let header = PictureSettings::of(made.scene, made.built)?.header(made.scene, made.camera);
+        let settings = PictureSettings::of(made.scene, made.built).context("the scene's hash")?;
+        let header = settings.header(made.scene, made.camera);
         write_exr(&path, &made.result.image, &header)?;
         read_layers(&path).map_err(|error| CliError::Failed(error.into()))
     }

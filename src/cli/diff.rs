@@ -148,7 +148,7 @@ pub(super) struct DiffArgs {
 }
 
 /// A threshold: not negative, not NaN.
-fn threshold(text: &str) -> Result<f32, String> {
+pub(super) fn threshold(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(value) if value >= 0.0 => Ok(value),
         _ => Err("must be a number that is not negative".to_owned()),

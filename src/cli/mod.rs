@@ -5,12 +5,11 @@ mod diff;
 mod drags;
 mod export;
 mod info;
-mod material_json;
-mod picture_settings;
 mod progress;
 mod render;
 mod show;
 mod statistics;
+mod test;
 mod trace;
 
 use std::path::PathBuf;
@@ -52,6 +51,8 @@ enum Command {
     Diff(Box<diff::DiffArgs>),
     /// Compare exact with pointwise and adaptive deformation: figures, plots and pictures on one page
     Compare(compare::CompareArgs),
+    /// Render the scenes of a folder and judge them by their reference pictures
+    Test(test::TestArgs),
 }
 
 /// What every command takes.
@@ -128,6 +129,7 @@ pub fn run() -> ExitCode {
             Command::Export(args) => export::run(args).map(success),
             Command::Diff(args) => diff::run(args),
             Command::Compare(args) => compare::run(args).map(success),
+            Command::Test(args) => test::run(args),
         });
     match result {
         Ok(code) => code,
@@ -140,7 +142,7 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Only `diff` has other results than this.
+/// Only `diff` and `test` have other results than this.
 const fn success((): ()) -> ExitCode {
     ExitCode::SUCCESS
 }

@@ -3,15 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use anyhow::Context;
 use clap::Args;
 
+use crate::export::PictureSettings;
 use crate::film::{FilmSettings, write_exr, write_png};
 use crate::output::check_writable;
 use crate::render::{Checkpoint, CheckpointFile, RenderControl, RenderError, Rendered, TevPreview, render};
 use crate::scene::{Choice, SceneDescription, parse_crop, parse_size, validate_film};
 use crate::shade::{IntegratorKind, ShadingScene};
 
-use super::picture_settings::PictureSettings;
 use super::progress::progress_bar;
 use super::show::{Show, draw};
 use super::statistics::{Acceleration, print_render};
@@ -97,7 +98,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
     }
     let settings = match (&args.checkpoint, format) {
         (None, Format::Png) => None,
-        _ => Some(PictureSettings::of(&scene, &built)?),
+        _ => Some(PictureSettings::of(&scene, &built).context("the scene's hash")?),
     };
     let interval = Duration::from_secs_f64(args.checkpoint_interval);
     let checkpoint = args.checkpoint.clone().zip(settings.as_ref());

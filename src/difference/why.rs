@@ -147,6 +147,7 @@ mod tests {
             seed: Some(seed.to_string()),
             spp: Some("16".into()),
             settings: Some(settings.into()),
+            ..Recorded::default()
         }
     }
 

@@ -30,7 +30,29 @@ pub struct ExrHeader {
     pub spp: u32,
     /// All that decides the pixels, as JSON: `trimray/settings`.
     pub settings: String,
+    /// `reference/scene`: the hash of the scene's files, if the picture is one that others are tested against.
+    pub reference_scene: Option<String>,
 }
+
+impl ExrHeader {
+    /// What a reader of the file finds recorded.
+    #[must_use]
+    pub fn recorded(&self) -> Recorded {
+        Recorded {
+            software: Some(SOFTWARE.to_owned()),
+            version: Some(env!("CARGO_PKG_VERSION").to_owned()),
+            scene_hash: Some(self.scene_hash.clone()),
+            seed: Some(self.seed.to_string()),
+            spp: Some(self.spp.to_string()),
+            settings: Some(self.settings.clone()),
+            reference_scene: self.reference_scene.clone(),
+            reference_command: None,
+        }
+    }
+}
+
+/// The attribute `software`.
+const SOFTWARE: &str = concat!("trimray ", env!("CARGO_PKG_VERSION"));
 
 /// Writes the picture as one part: R G B A and the layers, 32-bit floats, ZIP-compressed.
 ///
@@ -82,7 +104,7 @@ fn layer_attributes(image: &Image, header: &ExrHeader) -> Result<LayerAttributes
     let signed = |value: u32| i32::try_from(value).map_err(|error| error.to_string());
     let mut attributes = LayerAttributes {
         layer_position: Vec2(signed(window.x)?, signed(window.y)?),
-        software_name: Some(text(concat!("trimray ", env!("CARGO_PKG_VERSION")))),
+        software_name: Some(text(SOFTWARE)),
         world_to_camera: Some(header.camera_from_world.as_mat4().to_cols_array()),
         screen_window_width: to_f32(header.screen_window_width),
         ..LayerAttributes::default()
@@ -96,6 +118,9 @@ fn layer_attributes(image: &Image, header: &ExrHeader) -> Result<LayerAttributes
     ];
     for (name, value) in own {
         attributes.other.insert(text(&format!("trimray/{name}")), value);
+    }
+    if let Some(hash) = &header.reference_scene {
+        attributes.other.insert(text("reference/scene"), AttributeValue::Text(text(hash)));
     }
     Ok(attributes)
 }
@@ -283,14 +308,15 @@ fn string(text: &Text) -> String {
 
 /// What the attributes say of how the picture was made.
 fn recorded(part: &LayerAttributes, shared: &ImageAttributes) -> Recorded {
-    let own = |name: &str| {
-        let key = text(&format!("trimray/{name}"));
+    let attribute = |name: &str| {
+        let key = text(name);
         match part.other.get(&key).or_else(|| shared.other.get(&key))? {
             AttributeValue::Text(value) => Some(string(value)),
             AttributeValue::I32(value) => Some(value.to_string()),
             _ => None,
         }
     };
+    let own = |name: &str| attribute(&format!("trimray/{name}"));
     Recorded {
         software: part.software_name.as_ref().map(string),
         version: own("version"),
@@ -298,6 +324,8 @@ fn recorded(part: &LayerAttributes, shared: &ImageAttributes) -> Recorded {
         seed: own("seed"),
         spp: own("spp"),
         settings: own("settings"),
+        reference_scene: attribute("reference/scene"),
+        reference_command: attribute("reference/command"),
     }
 }
 
@@ -327,7 +355,7 @@ fn encode_layers(picture: &LayeredPicture) -> Result<Vec<u8>, String> {
         let attributes = LayerAttributes {
             layer_name: name.map(|name| text(&name)),
             layer_position: Vec2(part.data.x, part.data.y),
-            software_name: Some(text(concat!("trimray ", env!("CARGO_PKG_VERSION")))),
+            software_name: Some(text(SOFTWARE)),
             ..LayerAttributes::default()
         };
         let size = (part.data.width as usize, part.data.height as usize);

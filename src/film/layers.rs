@@ -165,6 +165,10 @@ pub struct Recorded {
     pub spp: Option<String>,
     /// `trimray/settings`: JSON.
     pub settings: Option<String>,
+    /// `reference/scene`: hash of the files of the scene that a reference was made from.
+    pub reference_scene: Option<String>,
+    /// `reference/command`: what makes the reference anew.
+    pub reference_command: Option<String>,
 }
 
 /// A picture with everything that its file holds.

@@ -41,6 +41,31 @@ impl Raster {
         let width = rasters.iter().map(|raster| raster.size[0]).sum::<u32>() + gaps;
         Self { size: [width, height], pixels }
     }
+
+    /// The raster if neither side is longer than `most`, or else means of squares of pixels, as few as it takes; what is left at the
+    /// right and at the bottom counts for itself.
+    #[must_use]
+    pub fn shrunk(&self, most: u32) -> Self {
+        let [width, height] = self.size;
+        let side = width.max(height).div_ceil(most.max(1)).max(1);
+        if side == 1 {
+            return self.clone();
+        }
+        let size = self.size.map(|length| length.div_ceil(side));
+        let mut pixels = Vec::new();
+        for (row, column) in (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| (row, column))) {
+            let (mut sums, mut count) = ([0_u32; 3], 0);
+            for y in row * side..((row + 1) * side).min(height) {
+                for x in column * side..((column + 1) * side).min(width) {
+                    let pixel = self.pixels[y as usize * width as usize + x as usize];
+                    sums.iter_mut().zip(pixel).for_each(|(sum, value)| *sum += u32::from(value));
+                    count += 1;
+                }
+            }
+            pixels.push(sums.map(|sum| u8::try_from((sum + count / 2) / count).unwrap_or(u8::MAX)));
+        }
+        Self { size, pixels }
+    }
 }
 
 #[cfg(test)]
@@ -56,5 +81,14 @@ mod tests {
         assert_eq!(both.size, [4, 2]);
         let want = [[0, 128, 255], [128; 3], [1; 3], [2; 3], [255, 0, 0], [128; 3], [3; 3], [4; 3]];
         assert_eq!(both.pixels, want);
+    }
+
+    #[test]
+    fn large_rasters_are_shrunk() {
+        let pixels = vec![[0; 3], [4; 3], [9; 3], [8; 3], [0; 3], [10; 3]];
+        let raster = Raster { size: [3, 2], pixels };
+        assert_eq!(raster.shrunk(3), raster);
+        let small = Raster { size: [2, 1], pixels: vec![[3; 3], [10; 3]] };
+        assert_eq!(raster.shrunk(2), small);
     }
 }

@@ -9,9 +9,11 @@ mod numbers;
 mod page;
 mod pictures;
 mod plot;
+mod scene_tests;
 
 pub use comparison::{MethodPictures, ShownScene, comparison_page};
 pub use difference::{DifferencePage, difference_page};
 pub use junit::{TestCase, junit};
 pub use page::{Html, page, table};
 pub use pictures::{Shown, figure, flip, wipe};
+pub use scene_tests::{SceneTestShown, scene_tests_page};

@@ -241,14 +241,6 @@ mod tests {
     }
 
     #[test]
-    fn later_names_are_told_apart() {
-        assert_eq!(
-            lookup("method", &["exact"], "adaptive"),
-            Err(r#"method "adaptive" is not available in this version (available: exact)"#.to_owned())
-        );
-    }
-
-    #[test]
     fn long_text_is_shortened_on_one_line() {
         let shown = quoted(&"a\n".repeat(100));
         assert!(!shown.contains('\n'));

@@ -19,15 +19,20 @@ const SAME_REST_ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// rounding, far below a tear that anyone would see.
 const SAME_POSITION: f64 = 1e-9;
 
+/// Normals are the same if the cosine of their angle is this close to 1: a hundredth of a degree, far above rounding.
+const SMOOTH: f64 = 1e-8;
+
 /// Share of a mean triangle's area below which one of a fan is taken to be degenerate.
 const THIN: f64 = 0.01;
 
 /// A sub-polygon: where its triangles are evaluated.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Part<'a> {
     pub(super) patch: &'a TrimmedPatch,
     /// Its corners in the patch's parameters, counter-clockwise.
     pub(super) outline: &'a [DVec2],
+    /// The edges of it beyond which the surface does not go on smoothly.
+    pub(super) creases: Vec<[DVec2; 2]>,
     /// Index of the prepared polygon it is cut from.
     pub(super) polygon: u32,
     /// Index of the input face.
@@ -82,11 +87,13 @@ pub(super) fn base_mesh(patches: &[TrimmedPatch]) -> Mesh<'_> {
                 outline.pop();
             }
             let border = patch.trim.corners(trim_loop);
-            parts.push(Part { patch, outline: border, polygon: trim_loop.polygon, face: trim_loop.face });
+            let (polygon, face) = (trim_loop.polygon, trim_loop.face);
+            parts.push(Part { patch, outline: border, creases: Vec::new(), polygon, face });
             outlines.push(outline);
         }
     }
     insert_corners_on_edges(&welder, &parts, &mut outlines);
+    find_creases(&mut parts, &outlines);
     let mut mesh = Mesh {
         parts,
         positions: welder.vertices.iter().map(|vertex| vertex.position).collect(),
@@ -218,6 +225,32 @@ impl Welder {
     fn cell(&self, rest: DVec3) -> [i64; 3] {
         // larger than what is looked for, so that mostly one cell is looked into
         (rest / (16.0 * self.same_rest)).floor().to_array().map(|x| x as i64)
+    }
+}
+
+/// Finds the edges without a neighbour whose normal is the same in their middle.
+fn find_creases(parts: &mut [Part<'_>], outlines: &[Vec<Corner>]) {
+    let middle = |[from, to]: [Corner; 2]| 0.5 * (from.st + to.st);
+    let mut beside: HashMap<[u32; 2], (usize, DVec2)> = HashMap::new();
+    for (part, outline) in outlines.iter().enumerate() {
+        beside.extend(edges(outline).map(|edge| (edge.map(|corner| corner.vertex), (part, middle(edge)))));
+    }
+    let normal = |part: &Part<'_>, st: DVec2| part.patch.eval_whole(st).normal();
+    let creases: Vec<Vec<[DVec2; 2]>> = parts
+        .iter()
+        .zip(outlines)
+        .map(|(part, outline)| {
+            let is_smooth = |edge: [Corner; 2]| {
+                let [from, to] = edge.map(|corner| corner.vertex);
+                beside.get(&[to, from]).is_some_and(|&(other, st)| {
+                    normal(part, middle(edge)).dot(normal(&parts[other], st)) > 1.0 - SMOOTH
+                })
+            };
+            edges(outline).filter(|&edge| !is_smooth(edge)).map(|edge| edge.map(|corner| corner.st)).collect()
+        })
+        .collect();
+    for (part, creases) in parts.iter_mut().zip(creases) {
+        part.creases = creases;
     }
 }
 

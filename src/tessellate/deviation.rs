@@ -46,15 +46,12 @@ impl Distances {
     }
 }
 
-/// Whether the line between two places is part of a closed outline.
-fn is_border(outline: &[DVec2], [from, to]: [DVec2; 2]) -> bool {
+/// Whether the line between two places is part of one of some edges' lines.
+fn is_border(edges: &[[DVec2; 2]], [from, to]: [DVec2; 2]) -> bool {
     let near = |point: DVec2, a: DVec2, along: DVec2| {
         (point - a).perp_dot(along).abs() <= ON_BORDER * along.length()
     };
-    outline.iter().enumerate().any(|(i, &a)| {
-        let along = outline[(i + 1) % outline.len()] - a;
-        near(from, a, along) && near(to, a, along)
-    })
+    edges.iter().any(|&[a, b]| near(from, a, b - a) && near(to, a, b - a))
 }
 
 /// The step of the parameters whose partials come nearest to an offset; none where they are parallel.
@@ -73,7 +70,7 @@ fn along_surface(point: &PatchPoint, offset: DVec3) -> DVec2 {
 /// from these parameters: a point on the surface but not where its parameters would be counts as exact. Where the
 /// triangle leans away from the tangent plane, it is the first in any case; and where the surface would be nearest beyond the
 /// border of the sub-polygon, which may be a crease, it is that from the nearer of the surface's points there and at the same
-/// parameters. On edges that are part of such a border it is no less than that of the surface's border from the edge's line:
+/// parameters. On edges that are part of a crease it is no less than that of the surface's border from the edge's line:
 /// beyond a crease there may be nothing of the triangles that is nearer.
 pub(super) fn distances(
     part: &Part<'_>,
@@ -99,7 +96,7 @@ pub(super) fn distances(
         }
         (flat - nearer.position).dot(nearer.normal()).abs()
     };
-    let on_border = [0, 1, 2].map(|edge| is_border(part.outline, [st[edge], st[(edge + 1) % 3]]));
+    let on_border = [0, 1, 2].map(|edge| is_border(&part.creases, [st[edge], st[(edge + 1) % 3]]));
     let from_line = |weights: DVec3, edge: usize| {
         let at = weights.x * st[0] + weights.y * st[1] + weights.z * st[2];
         let [from, along] = [corners[edge], (corners[(edge + 1) % 3] - corners[edge]).normalize_or_zero()];

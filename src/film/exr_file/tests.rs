@@ -24,6 +24,7 @@ fn header() -> ExrHeader {
         seed: u64::MAX,
         spp: 64,
         settings: "{\"object\":\"Würfel 立方体\"}".to_owned(),
+        reference_scene: Some("0123".to_owned()),
     }
 }
 

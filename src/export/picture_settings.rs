@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use anyhow::Context;
 use glam::{DAffine3, DVec3};
 use serde_json::json;
 
@@ -12,12 +11,11 @@ use crate::render::CheckpointFile;
 use crate::scene::{BuiltScene, Choice, SceneDescription};
 use crate::shade::{Camera, Light, Projection};
 
-use super::CliError;
 use super::material_json::material_json;
 
 /// All that a picture depends on.
 #[derive(Debug)]
-pub(super) struct PictureSettings {
+pub struct PictureSettings {
     /// What decides the pixels besides geometry.
     settings: serde_json::Value,
     /// See [`scene_hash`].
@@ -25,14 +23,18 @@ pub(super) struct PictureSettings {
 }
 
 impl PictureSettings {
-    pub(super) fn of(scene: &SceneDescription, built: &BuiltScene) -> Result<Self, CliError> {
+    /// Those of a scene and what was built of it.
+    ///
+    /// # Errors
+    /// None in practice: what is hashed is written to memory.
+    pub fn of(scene: &SceneDescription, built: &BuiltScene) -> std::io::Result<Self> {
         let settings = settings_json(scene, built);
-        let scene_hash = scene_hash(settings.clone(), built).context("the scene's hash")?;
+        let scene_hash = scene_hash(settings.clone(), built)?;
         Ok(Self { settings, scene_hash })
     }
 
     /// What an EXR file's header says of the picture.
-    pub(super) fn header(&self, scene: &SceneDescription, camera: &Camera) -> ExrHeader {
+    pub fn header(&self, scene: &SceneDescription, camera: &Camera) -> ExrHeader {
         ExrHeader {
             camera_from_world: camera.camera_from_world(),
             screen_window_width: camera.screen_window_width(),
@@ -40,11 +42,12 @@ impl PictureSettings {
             seed: scene.render.seed,
             spp: scene.render.spp,
             settings: self.settings.to_string(),
+            reference_scene: None,
         }
     }
 
     /// Where the picture's state is saved; a state serves for any number of samples.
-    pub(super) fn checkpoint_file(&self, path: PathBuf, interval: Duration) -> CheckpointFile {
+    pub fn checkpoint_file(&self, path: PathBuf, interval: Duration) -> CheckpointFile {
         let mut settings = self.settings.clone();
         settings["render"]["spp"] = serde_json::Value::Null;
         CheckpointFile::new(path, self.scene_hash.clone(), settings, interval)
