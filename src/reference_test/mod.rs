@@ -1,6 +1,6 @@
 //! Scenes rendered and judged by their reference pictures.
 //!
-//! [`find_tests`] pairs the scenes of a folder with their references, [`run_test`] renders one and [`judge`]s it, [`bless`] makes
+//! [`find_tests`] pairs the scenes of a folder with their references, [`run_test`] renders one for [`judge()`], [`bless()`] makes
 //! a reference. A reference with the variance of its colours is an estimate: the scene is rendered with other random numbers, and
 //! fails if the noise of both does not explain their difference. Any other reference is to be met value by value.
 
