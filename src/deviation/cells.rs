@@ -32,7 +32,7 @@ const MOST_FLAT: usize = 4096;
 const CLOSELY: u32 = 24;
 
 /// Cells of one triangle that are halved before the search gives up.
-const MAX_CELLS: usize = 20_000;
+const MAX_CELLS: usize = 400_000;
 
 /// How large cells of flat triangles may be, in parts of the distance looked for, to be asked what of the whole surface is
 /// nearest: for larger ones the answer says little.

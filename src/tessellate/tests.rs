@@ -173,7 +173,8 @@ fn the_tolerance_is_kept_where_nobody_measured() {
     }
     let even = made(&steep, Fineness::Level(6));
     assert!(even.deviation > 0.5e-4 && even.deviation <= 1e-4, "an even one for the last tolerance");
-    assert!(4 * before < even.triangles.len(), "straight one way, so less is enough: {before}");
+    // a quarter but for the tenth of the tolerance that is kept in hand
+    assert!(3 * before < even.triangles.len(), "straight one way, so less is enough: {before}");
 }
 
 #[test]
