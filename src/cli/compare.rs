@@ -8,19 +8,20 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::compare::{
-    CompareError, CompareSettings, METRICS, Made, MethodFigures, SceneFigures, default_methods, measure,
-    needed,
+    CompareError, CompareSettings, METRICS, Made, MethodFigures, SceneFigures, measure, needed,
 };
-use crate::difference::{self, Comparison, Metric};
+use crate::difference::{self, Comparison};
 use crate::export::PictureSettings;
 use crate::film::{LayeredPicture, encode_png, encode_raster, read_layers, write_exr};
 use crate::output::{OutputError, check_writable, write_whole};
 use crate::render::RenderError;
 use crate::report::{MethodPictures, ShownScene, comparison_page};
-use crate::scene::{Method, SceneDescription, parse_scene, parse_size, validate_film};
+use crate::scene::{SceneDescription, parse_scene, parse_size, validate_film};
 
 use super::progress::spinner;
-use super::{CliError, INTERRUPTED, check_interrupted, install, print_result, thread_count};
+use super::{
+    CliError, INTERRUPTED, check_interrupted, encoded, install, parse_tolerance, print_result, thread_count,
+};
 
 /// Pictures are no wider than this where no size is asked for, and have no more samples than that where no number is.
 const WIDTH: u32 = 320;
@@ -40,7 +41,7 @@ pub(super) struct CompareArgs {
     #[arg(long, value_name = "L", default_value_t = 4, value_parser = clap::value_parser!(u32).range(0..=12))]
     levels: u32,
     /// Tolerances of adaptive subdivision, in world units [default: about 1e-3, 1e-4 and 1e-5 of the deformed objects' size]
-    #[arg(long, value_name = "TOL", value_delimiter = ',', value_parser = tolerance)]
+    #[arg(long, value_name = "TOL", value_delimiter = ',', value_parser = parse_tolerance)]
     adaptive: Option<Vec<f64>>,
     /// Width and height in pixels [default: the scene's, scaled to a width of 320 at most]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -134,8 +135,7 @@ impl CompareArgs {
         let name = scene.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let bar = spinner(self.quiet);
         bar.set_message(format!("{name}: exact"));
-        let methods = self.methods(scene)?;
-        let settings = CompareSettings { methods, threads };
+        let settings = CompareSettings { levels: self.levels, tolerances: self.adaptive.clone(), threads };
         let mut methods = Vec::new();
         let mut pictures = Vec::new();
         let mut reference = None;
@@ -149,16 +149,9 @@ impl CompareArgs {
                 let picture = self.write(&made)?;
                 let found = reference.as_ref().map(|reference| compared(reference, &picture)).transpose()?;
                 methods.push(MethodFigures::new(made.result, found.as_ref()));
-                let heat_map =
-                    found.as_ref().and_then(flip_map).map(|map| encode_raster(&map.raster())).transpose();
-                let png = encode_png(&made.result.image);
-                let encoded = |reason: String| {
-                    CliError::Failed(anyhow::anyhow!("a picture cannot be encoded: {reason}"))
-                };
-                pictures.push(MethodPictures {
-                    png: png.map_err(encoded)?,
-                    heat_map: heat_map.map_err(encoded)?,
-                });
+                let heat_map = found.as_ref().map(|found| encoded(encode_raster(&found.heat_map().raster())));
+                let png = encoded(encode_png(&made.result.image))?;
+                pictures.push(MethodPictures { png, heat_map: heat_map.transpose()? });
                 if reference.is_none() {
                     reference = Some(picture);
                 }
@@ -169,13 +162,6 @@ impl CompareArgs {
         let needed = needed(&methods);
         let (size, spp) = (scene.film.size, scene.render.spp);
         Ok((SceneFigures { scene: name, size, spp, methods, needed }, pictures))
-    }
-
-    fn methods(&self, scene: &SceneDescription) -> Result<Vec<Method>, CliError> {
-        let Some(tolerances) = &self.adaptive else { return Ok(default_methods(scene, self.levels)?) };
-        let pointwise = (0..=self.levels).map(|level| Method::Pointwise { level });
-        let adaptive = tolerances.iter().map(|&tolerance| Method::Adaptive { tolerance });
-        Ok(pointwise.chain(adaptive).collect())
     }
 
     /// Writes a picture and reads it back, as anyone else would.
@@ -193,18 +179,6 @@ impl CompareArgs {
 fn compared(reference: &LayeredPicture, test: &LayeredPicture) -> Result<Comparison, CliError> {
     let settings = difference::CompareSettings { metrics: METRICS.to_vec(), ..Default::default() };
     difference::compare(reference, test, &settings).map_err(|error| CliError::Failed(error.into()))
-}
-
-fn flip_map(comparison: &Comparison) -> Option<&difference::ErrorMap> {
-    let flip = comparison.metrics.iter().find(|measured| measured.name == Metric::Flip.name());
-    flip.and_then(|measured| measured.map.as_ref())
-}
-
-fn tolerance(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(tolerance) if tolerance > 0.0 && tolerance.is_finite() => Ok(tolerance),
-        _ => Err("must be a number above 0, in world units".to_owned()),
-    }
 }
 
 impl From<CompareError> for CliError {

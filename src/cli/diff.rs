@@ -19,7 +19,7 @@ use crate::difference::{
 use crate::film::{LayeredPicture, read_layers};
 use crate::output::check_writable;
 
-use super::{CliError, check_interrupted, print_result};
+use super::{CliError, check_ending, check_interrupted, print_result};
 
 /// The exit codes of idiff, as its manual has them.
 const WARNED: u8 = 1;
@@ -312,13 +312,9 @@ impl DiffArgs {
         let mut taken = vec![self.reference.as_path(), test];
         for (flag, path, ending) in outputs {
             let Some(path) = path else { continue };
-            let shown = path.display();
-            if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending)) {
-                return Err(CliError::Input(format!(
-                    "{flag} {shown}: the file's name must end in .{ending}"
-                )));
-            }
+            check_ending(flag, path, ending)?;
             if taken.contains(&path.as_path()) {
+                let shown = path.display();
                 return Err(CliError::Input(format!("{flag} {shown}: is another file of this command")));
             }
             check_writable(path)?;

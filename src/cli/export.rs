@@ -15,7 +15,7 @@ use crate::output::{OwnFolder, check_folder_writable, check_writable, write_fold
 use crate::scene::{BuiltScene, SceneDescription};
 use crate::tessellate::{Fineness, TessellateError, tessellate};
 
-use super::{CliError, INTERRUPTED, SceneArgs, checked_camera};
+use super::{CliError, INTERRUPTED, SceneArgs, checked_camera, parse_tolerance};
 
 /// The tolerance where none is asked for, in parts of the object's diagonal.
 const TOLERANCE: f64 = 1e-4;
@@ -150,13 +150,6 @@ fn write_lattice(path: &Path, built: &BuiltScene) -> Result<(), CliError> {
     let [nx, ny, nz] = lattice.counts();
     let numbers: Vec<f64> = lattice.points().iter().flat_map(|point| point.to_array()).collect();
     Ok(write_npy(path, &[nx, ny, nz, 4], &numbers)?)
-}
-
-fn parse_tolerance(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(tolerance) if tolerance > 0.0 && tolerance.is_finite() => Ok(tolerance),
-        _ => Err("must be a number above 0, in world units".to_owned()),
-    }
 }
 
 /// Whether a folder holds a scene that was exported before.

@@ -12,7 +12,7 @@ mod statistics;
 mod test;
 mod trace;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -207,6 +207,28 @@ fn thread_count(asked: Option<usize>) -> Result<usize, CliError> {
 
 fn checked_camera(camera: &CameraSettings, film: &FilmSettings) -> Result<Camera, CliError> {
     Camera::try_new(camera, film.size).map_err(|error| CliError::Input(format!("[camera]: {error}")))
+}
+
+/// Bytes of a picture, or why there are none.
+fn encoded(png: Result<Vec<u8>, String>) -> Result<Vec<u8>, CliError> {
+    png.map_err(|reason| CliError::Failed(anyhow::anyhow!("a picture cannot be encoded: {reason}")))
+}
+
+/// Whether a flag's file has the ending that its kind has.
+fn check_ending(flag: &str, path: &Path, ending: &str) -> Result<(), CliError> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending)) {
+        return Ok(());
+    }
+    let shown = path.display();
+    Err(CliError::Input(format!("{flag} {shown}: the file's name must end in .{ending}")))
+}
+
+/// A flag's length in world units: above 0.
+fn parse_tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(tolerance) if tolerance > 0.0 && tolerance.is_finite() => Ok(tolerance),
+        _ => Err("must be a number above 0, in world units".to_owned()),
+    }
 }
 
 fn check_interrupted() -> Result<(), CliError> {

@@ -11,7 +11,7 @@ use crate::film::{FilmSettings, write_exr, write_png};
 use crate::output::check_writable;
 use crate::render::{Checkpoint, CheckpointFile, RenderControl, RenderError, Rendered, TevPreview, render};
 use crate::scene::{Choice, SceneDescription, parse_crop, parse_size, validate_film};
-use crate::shade::{IntegratorKind, ShadingScene};
+use crate::shade::IntegratorKind;
 
 use super::progress::progress_bar;
 use super::show::{Show, draw};
@@ -91,8 +91,6 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
     let camera = scene.camera.map(|camera| checked_camera(&camera, &scene.film)).transpose()?;
     let built = args.scene.build(&scene, args.quiet)?;
     let camera = camera.map_or_else(|| checked_camera(&built.camera, &scene.film), Ok)?;
-    let shading =
-        ShadingScene { geometry: &built.traced, object_materials: &built.materials, lights: &built.lights };
     if let Some(state) = &args.checkpoint {
         check_writable(state)?;
     }
@@ -118,7 +116,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
         preview: preview.as_ref(),
         ..RenderControl::new(&INTERRUPTED)
     };
-    let rendered = render(&shading, &camera, &scene.film, &scene.render, &control);
+    let rendered = render(&built.shading(), &camera, &scene.film, &scene.render, &control);
     bar.finish_and_clear();
     let Rendered { mut image, statistics, samples: [least, most] } =
         rendered.map_err(|error| match error {

@@ -18,7 +18,7 @@ use crate::suggestion::did_you_mean;
 use self::outputs::Tested;
 use super::diff::threshold;
 use super::progress::spinner;
-use super::{CliError, INTERRUPTED, install, print_result, thread_count};
+use super::{CliError, INTERRUPTED, check_ending, install, print_result, thread_count};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -125,12 +125,7 @@ impl TestArgs {
         let outputs = [("--output", Some(&self.output), "html"), ("--junit", self.junit.as_ref(), "xml")];
         for (flag, path, ending) in outputs {
             let Some(path) = path else { continue };
-            if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending)) {
-                let shown = path.display();
-                return Err(CliError::Input(format!(
-                    "{flag} {shown}: the file's name must end in .{ending}"
-                )));
-            }
+            check_ending(flag, path, ending)?;
             check_writable(path)?;
         }
         Ok(())

@@ -40,12 +40,12 @@ pub struct MethodFigures {
     /// Patches of the deformed objects.
     pub patches: usize,
     /// Distances from the exact shape in parts of its diagonal; null if they are not certain.
-    pub deviation: Option<DeviationFigures>,
+    pub deviation: Option<Deviation>,
     /// Why there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deviation_error: Option<String>,
     /// Silhouettes, in pixels; null if only one of the pictures has any.
-    pub silhouette: Option<SilhouetteFigures>,
+    pub silhouette: Option<SilhouetteError>,
     /// The picture against the exact one's; null of the exact one.
     pub image: Option<ImageFigures>,
     /// Seconds to build and render.
@@ -59,30 +59,6 @@ pub struct MethodFigures {
     /// The method's parameter, for plots.
     #[serde(skip)]
     pub kind: Method,
-}
-
-/// Distances in parts of the diagonal, angles in degrees.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct DeviationFigures {
-    /// The greatest (Hausdorff's, both ways): a distance that is reached.
-    pub max: f64,
-    /// No distance is greater than this.
-    pub bound: f64,
-    /// The mean over the surface, from the planes of the triangles.
-    pub mean: f64,
-    /// Between normals.
-    pub normal_max_degrees: f64,
-    /// The mean.
-    pub normal_mean_degrees: f64,
-}
-
-/// Distances in pixels.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct SilhouetteFigures {
-    /// The greatest.
-    pub max: f64,
-    /// The mean.
-    pub mean: f64,
 }
 
 /// Two pictures.
@@ -132,22 +108,14 @@ impl MethodFigures {
     /// Of a result and its picture's comparison with the exact one by [`METRICS`].
     #[must_use]
     pub fn new(result: &MethodResult, comparison: Option<&Comparison>) -> Self {
-        let deviation = |found: &Deviation| DeviationFigures {
-            max: found.max,
-            bound: found.bound,
-            mean: found.mean,
-            normal_max_degrees: found.normal_max,
-            normal_mean_degrees: found.normal_mean,
-        };
-        let silhouette = |SilhouetteError { max, mean }| SilhouetteFigures { max, mean };
         Self {
             method: result.method.to_string(),
             noise: result.noise,
             triangles: result.triangles,
             patches: result.patches,
-            deviation: result.deviation.as_ref().ok().map(deviation),
+            deviation: result.deviation.as_ref().ok().copied(),
             deviation_error: result.deviation.as_ref().err().cloned(),
-            silhouette: result.silhouette.map(silhouette),
+            silhouette: result.silhouette,
             image: comparison.map(ImageFigures::of),
             seconds: result.seconds.build + result.seconds.render,
             seconds_of: result.seconds,

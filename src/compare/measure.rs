@@ -6,13 +6,13 @@ use std::time::Instant;
 use glam::DVec3;
 use thiserror::Error;
 
-use super::silhouette::Silhouette;
+use super::silhouette::{Silhouette, SilhouetteError};
 use super::{Bytes, MethodResult, Seconds};
 use crate::deviation::{Deviation, DeviationError, deviation};
 use crate::film::{Aov, Image};
 use crate::render::{RenderControl, RenderError, Rendered, render};
 use crate::scene::{BuiltScene, Method, ObjectShape, SceneDescription, SceneError};
-use crate::shade::{Camera, CameraError, ShadingScene};
+use crate::shade::{Camera, CameraError};
 
 /// Tolerances of adaptive subdivision where none are asked for, in parts of the greatest deformed object's diagonal.
 const TOLERANCES: [f64; 3] = [1e-3, 1e-4, 1e-5];
@@ -23,8 +23,10 @@ const CHECKS: usize = 6;
 /// What is compared.
 #[derive(Clone, Debug, Default)]
 pub struct CompareSettings {
-    /// The methods beside the exact one.
-    pub methods: Vec<Method>,
+    /// Pointwise from level 0 to this one, where there is a mesh: surfaces have no triangles to split.
+    pub levels: u32,
+    /// Tolerances of adaptive subdivision in world units; if none, three that suit the size of the deformed objects.
+    pub tolerances: Option<Vec<f64>>,
     /// Threads; 0 is one for each processor.
     pub threads: usize,
 }
@@ -46,28 +48,25 @@ pub enum CompareError {
     Render(#[from] RenderError),
 }
 
-/// Pointwise from level 0 to `levels`, and adaptive with three tolerances that suit the size of the deformed objects.
-///
-/// # Errors
-/// If the scene cannot be built.
-pub fn default_methods(scene: &SceneDescription, levels: u32) -> Result<Vec<Method>, CompareError> {
-    let built = by_method(scene, Method::Exact).build()?;
-    let diagonals = deformed(scene).into_iter().map(|index| diagonal(&built, index));
-    let size = diagonals.fold(0.0, f64::max);
-    // to one digit
-    let unit = libm::exp10(libm::floor(libm::log10(size.max(f64::MIN_POSITIVE))));
-    let rounded = (size / unit).round() * unit;
-    // surfaces have no triangles to split
-    let has_mesh = deformed(scene).iter().any(|&index| scene.objects[index].shape.mesh().is_some());
-    let pointwise = (0..=levels).filter(|_| has_mesh).map(|level| Method::Pointwise { level });
-    let digits = |tolerance: f64| format!("{tolerance:.0e}").parse().unwrap_or(tolerance);
-    let adaptive = TOLERANCES.map(|tolerance| Method::Adaptive { tolerance: digits(tolerance * rounded) });
-    Ok(pointwise.chain(adaptive).collect())
-}
-
 /// Indices of the objects that are deformed.
 fn deformed(scene: &SceneDescription) -> Vec<usize> {
     (0..scene.objects.len()).filter(|&index| !scene.objects[index].deform.is_empty()).collect()
+}
+
+/// The methods to compare with the exact one.
+fn methods(scene: &SceneDescription, exact: &BuiltScene, settings: &CompareSettings) -> Vec<Method> {
+    let objects = deformed(scene);
+    let has_mesh = objects.iter().any(|&index| scene.objects[index].shape.mesh().is_some());
+    let pointwise = (0..=settings.levels).filter(|_| has_mesh).map(|level| Method::Pointwise { level });
+    let tolerances = settings.tolerances.clone().unwrap_or_else(|| {
+        let size = objects.into_iter().map(|index| diagonal(exact, index)).fold(0.0, f64::max);
+        // to one digit
+        let unit = libm::exp10(libm::floor(libm::log10(size.max(f64::MIN_POSITIVE))));
+        let rounded = (size / unit).round() * unit;
+        let digits = |tolerance: f64| format!("{tolerance:.0e}").parse().unwrap_or(tolerance);
+        TOLERANCES.map(|tolerance| digits(tolerance * rounded)).to_vec()
+    });
+    pointwise.chain(tolerances.into_iter().map(|tolerance| Method::Adaptive { tolerance })).collect()
 }
 
 fn diagonal(built: &BuiltScene, object: usize) -> f64 {
@@ -126,10 +125,10 @@ pub fn measure<E: From<CompareError>>(
     // all pictures from one place, which may depend on the object's size
     scene.camera = Some(exact.camera);
     let camera = Camera::try_new(&exact.camera, scene.film.size).map_err(CompareError::from)?;
-    let mut comparing = Comparing { settings, cancel, camera: &camera, objects, exact: None };
+    let silhouette = Silhouette::of(&exact.traced, &camera, scene.film.size);
+    let comparing = Comparing { settings, cancel, camera: &camera, objects, exact: &exact, silhouette };
     let result = comparing.result((&exact_scene, Method::Exact), &exact, build)?;
     each(Made { scene: &exact_scene, built: &exact, camera: &camera, result: &result })?;
-    comparing.exact = Some((&exact, comparing.silhouette(&exact, &scene)));
     let mut again = exact_scene.clone();
     again.render.seed = again.render.seed.wrapping_add(1);
     let result = comparing.result((&again, Method::Exact), &exact, build)?;
@@ -139,7 +138,7 @@ pub fn measure<E: From<CompareError>>(
         camera: &camera,
         result: &MethodResult { noise: true, ..result },
     })?;
-    for &method in &settings.methods {
+    for method in methods(&scene, &exact, settings) {
         next(&method);
         let started = Instant::now();
         let by_method = by_method(&scene, method);
@@ -157,8 +156,9 @@ struct Comparing<'a> {
     camera: &'a Camera,
     /// The deformed objects.
     objects: Vec<usize>,
-    /// The exact scene and its silhouette, once there is one.
-    exact: Option<(&'a BuiltScene, Silhouette)>,
+    exact: &'a BuiltScene,
+    /// The exact one's.
+    silhouette: Silhouette,
 }
 
 impl Comparing<'_> {
@@ -175,17 +175,17 @@ impl Comparing<'_> {
         let deviation = self.deviation(scene, built)?;
         let seconds = Seconds { build, render, deviation: started.elapsed().as_secs_f64() };
         let patches = self.objects.iter().map(|&index| built.traced.objects()[index].patches.len()).sum();
-        let silhouette = match &self.exact {
-            None => Some(super::SilhouetteError::default()),
-            Some((_, exact)) => exact.error(&self.silhouette(built, scene)),
-        };
-        let triangles = match method {
-            Method::Exact | Method::Triangular => {
-                self.objects.iter().map(|&index| built.objects[index].notes.triangles).sum()
-            }
-            _ => patches,
-        };
         let is_exact = matches!(method, Method::Exact | Method::Triangular);
+        let silhouette = if method == Method::Exact {
+            Some(SilhouetteError::default())
+        } else {
+            self.silhouette.error(&Silhouette::of(&built.traced, self.camera, scene.film.size))
+        };
+        let triangles = if is_exact {
+            self.objects.iter().map(|&index| built.objects[index].notes.triangles).sum()
+        } else {
+            patches
+        };
         let bytes = Bytes::of(built, &self.objects, is_exact);
         Ok(MethodResult {
             method,
@@ -200,18 +200,10 @@ impl Comparing<'_> {
         })
     }
 
-    fn silhouette(&self, built: &BuiltScene, scene: &SceneDescription) -> Silhouette {
-        Silhouette::of(&built.traced, self.camera, scene.film.size)
-    }
-
     fn render(&self, scene: &SceneDescription, built: &BuiltScene) -> Result<Image, CompareError> {
-        let shading = ShadingScene {
-            geometry: &built.traced,
-            object_materials: &built.materials,
-            lights: &built.lights,
-        };
         let control = RenderControl { threads: self.settings.threads, ..RenderControl::new(self.cancel) };
-        let Rendered { image, .. } = render(&shading, self.camera, &scene.film, &scene.render, &control)?;
+        let Rendered { image, .. } =
+            render(&built.shading(), self.camera, &scene.film, &scene.render, &control)?;
         Ok(image)
     }
 
@@ -223,30 +215,24 @@ impl Comparing<'_> {
     ) -> Result<Result<Deviation, String>, CompareError> {
         let mut worst = Deviation::default();
         for &index in &self.objects {
-            let found = match &self.exact {
-                _ if matches!(scene.objects[index].method, Method::Exact | Method::Triangular) => {
-                    Ok(rounding(built, index))
-                }
-                None => Ok(rounding(built, index)),
-                Some((exact, _)) => deviation(
-                    &exact.traced.objects()[index].patches,
-                    &built.traced.objects()[index].patches,
-                    self.cancel,
-                ),
+            let found = if matches!(scene.objects[index].method, Method::Exact | Method::Triangular) {
+                Ok(rounding(built, index))
+            } else {
+                let patches = [self.exact, built].map(|built| &built.traced.objects()[index].patches);
+                deviation(patches[0], patches[1], self.cancel)
             };
             let found = match found {
                 Ok(found) => found,
                 Err(DeviationError::Interrupted) => return Err(RenderError::Interrupted.into()),
                 Err(error) => return Ok(Err(error.to_string())),
             };
-            let exact = self.exact.as_ref().map_or(built, |(exact, _)| exact);
-            let diagonal = diagonal(exact, index);
+            let diagonal = diagonal(self.exact, index);
             worst = Deviation {
                 max: worst.max.max(found.max / diagonal),
                 bound: worst.bound.max(found.bound / diagonal),
                 mean: worst.mean.max(found.mean / diagonal),
-                normal_max: worst.normal_max.max(found.normal_max),
-                normal_mean: worst.normal_mean.max(found.normal_mean),
+                normal_max_degrees: worst.normal_max_degrees.max(found.normal_max_degrees),
+                normal_mean_degrees: worst.normal_mean_degrees.max(found.normal_mean_degrees),
             };
         }
         Ok(Ok(worst))

@@ -10,10 +10,8 @@ use crate::deviation::Deviation;
 use crate::film::Image;
 use crate::scene::{BuiltScene, Method};
 
-pub use figures::{
-    DeviationFigures, ImageFigures, METRICS, MethodFigures, Needed, SceneFigures, SilhouetteFigures, needed,
-};
-pub use measure::{CompareError, CompareSettings, Made, default_methods, measure};
+pub use figures::{ImageFigures, METRICS, MethodFigures, Needed, SceneFigures, needed};
+pub use measure::{CompareError, CompareSettings, Made, measure};
 pub use silhouette::{Silhouette, SilhouetteError};
 
 /// What a method made of a scene, beside the exact one. Lengths are in parts of each object's diagonal.

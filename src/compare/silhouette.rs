@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use serde::Serialize;
 
 use crate::shade::Camera;
 use crate::trace::{BoxTree, TracedScene};
@@ -20,7 +21,7 @@ pub struct Silhouette {
 }
 
 /// Distances between two silhouettes, in pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SilhouetteError {
     /// The greatest of a point of either from the other (Hausdorff's distance).
     pub max: f64,

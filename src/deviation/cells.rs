@@ -8,7 +8,9 @@ use rayon::slice::ParallelSliceMut;
 
 use super::flat::{Facet, FlatMesh, Neighbour};
 use super::surface::{Place, Surface};
+use super::triangle;
 use super::{CERTAINTY, Deviation, DeviationError};
+use crate::math::bounds;
 use crate::math::polygon::clip_to_convex;
 
 /// Distances below this part of the size of all are rounding: of the surface's evaluation, and of parameters that are off by
@@ -51,15 +53,28 @@ struct Corner {
     flat: DVec3,
 }
 
+/// A point and its distance from what is probably nearest.
+#[derive(Clone, Copy, Debug, Default)]
+struct Far {
+    distance: f64,
+    point: DVec3,
+}
+
+impl Far {
+    fn add(&mut self, distance: f64, point: DVec3) {
+        if distance > self.distance {
+            *self = Self { distance, point };
+        }
+    }
+}
+
 /// What is known of one flat triangle.
 #[derive(Clone, Copy, Debug, Default)]
 struct Measured {
-    /// The greatest distance from the triangle itself of a few points of the surface, and the point: another one may be nearer.
-    likely: f64,
-    place: DVec3,
-    /// The same of points of the triangle, from the pieces it stands for.
-    flat_likely: f64,
-    flat_place: DVec3,
+    /// Of a few points of the surface the farthest from the triangle itself: another one may be nearer.
+    surface: Far,
+    /// Of a few points of the triangle the farthest from the pieces it stands for.
+    flat: Far,
     /// The integral of the distance, and of the angle in degrees, over the flat triangle; its area.
     distance: f64,
     angle: f64,
@@ -107,9 +122,7 @@ pub(super) struct Search<'a> {
 
 impl<'a> Search<'a> {
     pub(super) fn new(surface: &'a Surface<'a>, mesh: &'a FlatMesh, cancel: &'a AtomicBool) -> Self {
-        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let corners = mesh.facets.iter().flat_map(|facet| facet.corners);
-        let [low, high] = corners.fold(none, |[low, high], p| [low.min(p), high.max(p)]);
+        let [low, high] = bounds::around(mesh.facets.iter().flat_map(|facet| facet.corners));
         // without triangles there is nothing to round
         let size = if low.cmple(high).all() {
             (high - low).length() + low.abs().max(high.abs()).length()
@@ -189,24 +202,15 @@ impl<'a> Search<'a> {
             let piece = &self.surface.pieces[piece];
             let middles = [0, 1, 2].map(|i| 0.5 * (corners[i].exact.st + corners[(i + 1) % 3].exact.st));
             let centre = (corners[0].exact.st + corners[1].exact.st + corners[2].exact.st) / 3.0;
-            let mut distance = |st: DVec2| {
-                let place = piece.place(st).position;
-                let distance = facet.distance(place);
-                if distance > measured.likely {
-                    (measured.likely, measured.place) = (distance, place);
-                }
-                distance
-            };
-            distance(centre);
             let flat = (p + q + r) / 3.0;
-            let from_piece = piece.foot(flat, centre).position.distance(flat);
-            if from_piece > measured.flat_likely {
-                (measured.flat_likely, measured.flat_place) = (from_piece, flat);
-            }
-            let heights = middles.map(|st| {
-                distance(st);
-                facet.height(piece.place(st).position).abs()
-            });
+            measured.flat.add(piece.foot(flat, centre).position.distance(flat), flat);
+            let mut placed = |st: DVec2| {
+                let place = piece.place(st).position;
+                measured.surface.add(facet.distance(place), place);
+                place
+            };
+            placed(centre);
+            let heights = middles.map(|st| facet.height(placed(st)).abs());
             measured.distance += area * heights.iter().sum::<f64>() / 3.0;
             measured.area += area;
             let angle = |st: DVec2| {
@@ -224,45 +228,32 @@ impl<'a> Search<'a> {
 
     /// A great distance, found by looking closely where it is likely.
     fn first_distance(&self, measured: &[Measured]) -> f64 {
-        let mut order: Vec<usize> = (0..measured.len()).collect();
-        order
-            .par_sort_unstable_by(|&a, &b| measured[b].likely.total_cmp(&measured[a].likely).then(a.cmp(&b)));
         let mut known: Vec<(f64, usize)> = Vec::new();
         let mut found = 0.0;
-        for part in order.chunks(BATCH) {
-            if measured[part[0]].likely <= found {
+        for part in farthest_first(measured, |measured| measured.surface).chunks(BATCH) {
+            if part[0].1.distance <= found {
                 break;
             }
-            let distance = |&index: &usize| {
-                let Measured { place, likely, .. } = measured[index];
-                (self.mesh.nearest(place, likely).0, index)
-            };
+            let distance =
+                |&(index, far): &(usize, Far)| (self.mesh.nearest(far.point, far.distance).0, index);
+            let first = known.len();
             known.par_extend(part.par_iter().map(distance));
-            found = known.iter().map(|(distance, _)| *distance).fold(found, f64::max);
+            found = known[first..].iter().map(|(distance, _)| *distance).fold(found, f64::max);
         }
         known.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         known.truncate(PROMISING);
         found = known.par_iter().map(|&(_, index)| self.look_closely(index)).reduce(|| found, f64::max);
-        self.first_flat_distance(measured, found)
-    }
-
-    /// The same of points of the triangles, if it is greater than one known.
-    fn first_flat_distance(&self, measured: &[Measured], mut found: f64) -> f64 {
-        let mut order: Vec<usize> =
-            (0..measured.len()).filter(|&index| measured[index].flat_likely > found).collect();
-        order.par_sort_unstable_by(|&a, &b| {
-            measured[b].flat_likely.total_cmp(&measured[a].flat_likely).then(a.cmp(&b))
-        });
+        // the same of points of the triangles
+        let mut order = farthest_first(measured, |measured| measured.flat);
         order.truncate(MOST_FLAT);
         for part in order.chunks(FLAT_BATCH) {
-            let distance = |&index: &usize| {
-                let Measured { flat_place, flat_likely, .. } = measured[index];
-                let ([least, _], _) = self.surface.distance(flat_place, flat_likely, found);
-                least - self.rounding
-            };
-            if measured[part[0]].flat_likely <= found {
+            if part[0].1.distance <= found {
                 break;
             }
+            let distance = |(_, far): &(usize, Far)| {
+                let ([least, _], _) = self.surface.distance(far.point, far.distance, found);
+                least - self.rounding
+            };
             found = part.par_iter().map(distance).reduce(|| found, f64::max);
         }
         found
@@ -305,7 +296,7 @@ impl<'a> Search<'a> {
             let enough = outcome.level.enough();
             let points = cell.corners.map(|corner| corner.exact.position);
             let bend = self.surface.pieces[cell.piece].bend(cell.corners.map(|corner| corner.exact.st));
-            let apart = points.map(|point| facet.distance(point)).into_iter().fold(0.0, f64::max);
+            let apart = greatest(points.map(|point| facet.distance(point)));
             if apart + bend <= enough {
                 continue;
             }
@@ -321,15 +312,14 @@ impl<'a> Search<'a> {
                     outcome.level.found = distance;
                 }
                 let enough = outcome.level.enough();
-                let extent =
-                    points.map(|p| p.distance(middle.exact.position)).into_iter().fold(0.0, f64::max);
+                let extent = greatest(points.map(|p| p.distance(middle.exact.position)));
                 if distance + extent + bend <= enough {
                     continue;
                 }
                 // another triangle, or it and one beside it, may be nearer to the whole cell
                 if let Some(nearest) = nearest {
                     let other = &self.mesh.facets[nearest];
-                    let apart = points.map(|point| other.distance(point)).into_iter().fold(0.0, f64::max);
+                    let apart = greatest(points.map(|point| other.distance(point)));
                     let beside = || beside_bound(&self.mesh.neighbours(nearest), other, points, bend);
                     if apart + bend <= enough || beside() <= enough {
                         continue;
@@ -363,8 +353,7 @@ impl<'a> Search<'a> {
             if elsewhere.is_some_and(|other| self.feet_bound(&cell, other) <= enough) {
                 continue;
             }
-            let extent =
-                cell.corners.map(|corner| corner.flat.distance(middle.flat)).into_iter().fold(0.0, f64::max);
+            let extent = greatest(cell.corners.map(|corner| corner.flat.distance(middle.flat)));
             if extent <= NEAR * enough {
                 let own = self.own_distance(&cell, &middle);
                 let ([least, most], nearest) = self.surface.distance(middle.flat, own, enough - extent);
@@ -401,7 +390,7 @@ impl<'a> Search<'a> {
         };
         let feet = cell.corners.map(|corner| piece.foot(corner.flat, start(&corner)));
         let distances = [0, 1, 2].map(|i| feet[i].position.distance(cell.corners[i].flat));
-        distances.into_iter().fold(0.0, f64::max) + piece.bend(feet.map(|foot| foot.st))
+        greatest(distances) + piece.bend(feet.map(|foot| foot.st))
     }
 
     fn middle(&self, cell: &Cell) -> Corner {
@@ -412,15 +401,23 @@ impl<'a> Search<'a> {
 
     fn quarters(&self, cell: &Cell) -> [Cell; 4] {
         let piece = &self.surface.pieces[cell.piece];
-        let [a, b, c] = cell.corners;
         let half = |p: Corner, q: Corner| Corner {
             exact: piece.place(0.5 * (p.exact.st + q.exact.st)),
             flat: 0.5 * (p.flat + q.flat),
         };
-        let [ab, bc, ca] = [half(a, b), half(b, c), half(c, a)];
-        [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
-            .map(|corners| Cell { piece: cell.piece, corners })
+        triangle::quarters(cell.corners, half).map(|corners| Cell { piece: cell.piece, corners })
     }
+}
+
+/// All triangles' farthest points with the triangles' indices, the farthest first.
+fn farthest_first(measured: &[Measured], of: fn(&Measured) -> Far) -> Vec<(usize, Far)> {
+    let mut order: Vec<_> = measured.iter().map(of).enumerate().collect();
+    order.par_sort_unstable_by(|(i, a), (j, b)| b.distance.total_cmp(&a.distance).then(i.cmp(j)));
+    order
+}
+
+fn greatest(distances: [f64; 3]) -> f64 {
+    distances.into_iter().fold(0.0, f64::max)
 }
 
 /// The least bound by one of the neighbours.
@@ -438,7 +435,7 @@ fn finished(measured: &[Measured], max: f64, bound: f64) -> Deviation {
         max,
         bound,
         mean: sum(|measured| measured.distance) / area,
-        normal_max: measured.iter().map(|measured| measured.greatest_angle).fold(0.0, f64::max),
-        normal_mean: sum(|measured| measured.angle) / area,
+        normal_max_degrees: measured.iter().map(|measured| measured.greatest_angle).fold(0.0, f64::max),
+        normal_mean_degrees: sum(|measured| measured.angle) / area,
     }
 }

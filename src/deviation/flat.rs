@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::triangle;
+use crate::math::bounds;
 use crate::patch::TrimmedPatch;
 use crate::trace::BoxTree;
 
@@ -53,8 +54,7 @@ impl Facet {
     }
 
     fn bounds(&self) -> [DVec3; 2] {
-        let [a, b, c] = self.corners;
-        [a.min(b).min(c), a.max(b).max(c)]
+        bounds::around(self.corners)
     }
 }
 

@@ -16,6 +16,7 @@ mod triangle;
 
 use std::sync::atomic::AtomicBool;
 
+use serde::Serialize;
 use thiserror::Error;
 
 use crate::patch::TrimmedPatch;
@@ -27,7 +28,7 @@ use surface::Surface;
 pub const CERTAINTY: f64 = 0.01;
 
 /// How far triangles are from a surface; lengths in world units.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Deviation {
     /// The greatest distance found: some point of the one is as far from the nearest of the other.
     pub max: f64,
@@ -36,9 +37,9 @@ pub struct Deviation {
     /// Mean distance of the surface from the plane of the triangle that stands for it, by area.
     pub mean: f64,
     /// Greatest angle between a triangle and the surface it stands for, at corners and centroids; degrees.
-    pub normal_max: f64,
+    pub normal_max_degrees: f64,
     /// The mean by area at centroids.
-    pub normal_mean: f64,
+    pub normal_mean_degrees: f64,
 }
 
 /// Why there is no certified distance.

@@ -5,7 +5,8 @@ use std::collections::BinaryHeap;
 use glam::{DVec2, DVec3, DVec4};
 
 use super::order::ByValue;
-use crate::math::polygon;
+use super::triangle;
+use crate::math::{bounds, polygon};
 use crate::patch::{BezierPatch, TrimmedPatch};
 use crate::trace::BoxTree;
 
@@ -62,8 +63,7 @@ impl<'a> Surface<'a> {
             .collect();
         let rest_boxes: Vec<_> = pieces.iter().map(Piece::rest_bounds).collect();
         let boxes: Vec<_> = pieces.iter().map(Piece::bounds).collect();
-        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let [low, high] = rest_boxes.iter().fold(none, |[low, high], [a, b]| [low.min(*a), high.max(*b)]);
+        let [low, high] = bounds::around(rest_boxes.iter().flatten().copied());
         Self {
             by_rest: BoxTree::build(&rest_boxes),
             by_position: BoxTree::build(&boxes),
@@ -84,10 +84,9 @@ impl<'a> Surface<'a> {
 
     /// Pieces of an input face whose plane holds three points before the deformation, and the points' parameters there.
     pub(super) fn pieces_under(&self, face: u32, rest: [DVec3; 3]) -> Vec<(usize, [DVec2; 3])> {
-        let low = rest[0].min(rest[1]).min(rest[2]) - self.same_plane;
-        let high = rest[0].max(rest[1]).max(rest[2]) + self.same_plane;
+        let [low, high] = bounds::around(rest);
         let mut found = Vec::new();
-        self.by_rest.overlapping([low, high], |index| {
+        self.by_rest.overlapping([low - self.same_plane, high + self.same_plane], |index| {
             let piece = &self.pieces[index];
             if piece.face == face && rest.iter().all(|&p| piece.height(p).abs() <= self.same_plane) {
                 found.push((index, rest.map(|p| piece.parameters(p))));
@@ -129,7 +128,7 @@ impl<'a> Surface<'a> {
             for corner in &corners {
                 keep_nearer(nearest, corner.position.distance(point), index);
             }
-            let flat = super::triangle::distance(corners.map(|corner| corner.position), point);
+            let flat = triangle::distance(corners.map(|corner| corner.position), point);
             let least = flat - piece.bend(corners.map(|corner| corner.st));
             if least < nearest.0 {
                 parts.push(ByValue(-least, (index, corners)));
@@ -161,10 +160,7 @@ impl<'a> Surface<'a> {
                 let foot = piece.foot(point, (corners[0].st + corners[1].st + corners[2].st) / 3.0);
                 keep_nearer(&mut nearest, foot.position.distance(point), index);
             }
-            let [a, b, c] = corners;
-            let middle = |p: Place, q: Place| piece.place(0.5 * (p.st + q.st));
-            let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
-            for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+            for corners in triangle::quarters(corners, |p, q| piece.place(0.5 * (p.st + q.st))) {
                 consider(&mut parts, &mut nearest, index, corners);
             }
         }
@@ -203,9 +199,7 @@ impl<'a> Piece<'a> {
     }
 
     fn rest_bounds(&self) -> [DVec3; 2] {
-        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let places = self.corners.iter().map(|&st| self.rest(st));
-        places.fold(none, |[low, high], p| [low.min(p), high.max(p)])
+        bounds::around(self.corners.iter().map(|&st| self.rest(st)))
     }
 
     fn bounds(&self) -> [DVec3; 2] {
@@ -243,13 +237,7 @@ impl<'a> Piece<'a> {
         let mut st = start;
         for _ in 0..STEPS {
             let at = self.patch.patch.eval(st);
-            let offset = point - at.position;
-            let normal = at.dp_ds.cross(at.dp_dt);
-            let step = DVec2::new(offset.cross(at.dp_dt).dot(normal), at.dp_ds.cross(offset).dot(normal))
-                / normal.length_squared();
-            if !step.is_finite() {
-                break;
-            }
+            let step = at.step_along(point - at.position);
             st = (st + step).clamp(DVec2::splat(-0.5), DVec2::splat(1.5));
         }
         st

@@ -67,7 +67,7 @@ fn the_height_of_an_arch_is_found() {
         // the mean of x (1 - x) is 1/6
         assert!(rise > 0.01 || (found.mean - rise / 6.0).abs() < 1e-3 * rise, "{rise}: {found:?}");
         let steepest = libm::atan(rise).to_degrees();
-        assert!((found.normal_max - steepest).abs() < 1e-6, "{rise}: {found:?}");
+        assert!((found.normal_max_degrees - steepest).abs() < 1e-6, "{rise}: {found:?}");
     }
 }
 

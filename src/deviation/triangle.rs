@@ -18,6 +18,12 @@ pub(super) fn distance([a, b, c]: [DVec3; 3], point: DVec3) -> f64 {
     [[a, b], [b, c], [c, a]].into_iter().map(|edge| to_segment(edge, point)).fold(f64::INFINITY, f64::min)
 }
 
+/// The four triangles between a triangle's corners and the middles of its edges.
+pub(super) fn quarters<T: Copy>([a, b, c]: [T; 3], middle: impl Fn(T, T) -> T) -> [[T; 3]; 4] {
+    let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+}
+
 fn to_segment([a, b]: [DVec3; 2], point: DVec3) -> f64 {
     let along = b - a;
     let fraction = ((point - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);

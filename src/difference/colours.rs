@@ -3,7 +3,7 @@
 use super::colour_picture::ColourPicture;
 use super::flip::srgb_from_linear;
 use super::pairing::PartPair;
-use crate::film::{Area, Raster};
+use crate::film::{Area, Raster, from_srgb};
 
 /// The colours of both pictures, the reference's first.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,10 +83,8 @@ impl Colours {
     }
 }
 
-/// The linear value of a number on the sRGB curve (IEC 61966-2-1).
+/// The linear value of a number on the sRGB curve.
 #[expect(clippy::cast_possible_truncation, reason = "colours are in single precision")]
 fn linear_from_srgb(share: f32) -> f32 {
-    let share = f64::from(share);
-    let linear = if share <= 0.040_45 { share / 12.92 } else { libm::pow((share + 0.055) / 1.055, 2.4) };
-    linear as f32
+    from_srgb(f64::from(share)) as f32
 }

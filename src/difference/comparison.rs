@@ -115,6 +115,13 @@ pub struct Comparison {
     pub notes: Vec<String>,
 }
 
+impl Comparison {
+    /// The first metric's map, or that of absolute differences.
+    pub fn heat_map(&self) -> &ErrorMap {
+        self.metrics.iter().find_map(|metric| metric.map.as_ref()).unwrap_or(&self.errors)
+    }
+}
+
 /// Compares a picture with a reference.
 ///
 /// Every value of every channel is compared with the reference's of the same name, at the same pixel. A pixel fails if any of its

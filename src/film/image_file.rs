@@ -146,7 +146,7 @@ pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredPicture,
 }
 
 /// The linear value of a number on the sRGB curve (IEC 61966-2-1).
-fn from_srgb(share: f64) -> f64 {
+pub(crate) fn from_srgb(share: f64) -> f64 {
     if share <= 0.040_45 { share / 12.92 } else { libm::pow((share + 0.055) / 1.055, 2.4) }
 }
 

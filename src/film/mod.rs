@@ -22,6 +22,7 @@ pub use exposure::Exposure;
 pub use exr_file::{ExrHeader, write_exr, write_layers};
 pub use film::{Film, FilmError};
 pub use filter::Filter;
+pub(crate) use image_file::from_srgb;
 pub use image_file::{encode_png, encode_raster, write_png};
 pub use layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind, read_layers};
 pub use overlay::Overlay;

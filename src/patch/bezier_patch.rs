@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3, DVec4};
 
 use crate::math::bernstein::{self, MAX_DEGREE, MAX_ORDER, basis};
+use crate::math::bounds;
 
 /// A (rational) tensor-product Bézier patch of degree m × n over the unit square.
 ///
@@ -43,6 +44,15 @@ pub struct PatchPoint {
 }
 
 impl PatchPoint {
+    /// The step of the parameters whose partials come nearest to an offset (Gauss-Newton); none where they are parallel.
+    pub(crate) fn step_along(&self, offset: DVec3) -> DVec2 {
+        let (s, t) = (self.dp_ds, self.dp_dt);
+        let normal = s.cross(t);
+        let step =
+            DVec2::new(offset.cross(t).dot(normal), s.cross(offset).dot(normal)) / normal.length_squared();
+        if step.is_finite() { step } else { DVec2::ZERO }
+    }
+
     /// Unit normal, by the right-hand rule from s to t; 0 where the partials are parallel.
     pub fn normal(&self) -> DVec3 {
         self.dp_ds.cross(self.dp_dt).normalize_or_zero()
@@ -255,12 +265,10 @@ impl BezierPatch {
     ///
     /// Only if all weights are positive.
     pub fn hull_bounds(&self) -> [DVec3; 2] {
-        let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let add = |[low, high]: [DVec3; 2], position| [low.min(position), high.max(position)];
         if self.rational {
-            self.control_points().map(|point| point.truncate() / point.w).fold(empty, add)
+            bounds::around(self.control_points().map(|point| point.truncate() / point.w))
         } else {
-            self.positions().fold(empty, add)
+            bounds::around(self.positions())
         }
     }
 

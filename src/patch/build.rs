@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use glam::{DVec2, DVec3};
 use thiserror::Error;
 
+use crate::math::bounds;
 use crate::math::polygon::{self, Side};
 use crate::spline::{Cell, SplineVolume};
 use crate::subdivide::{
@@ -240,8 +241,7 @@ pub fn deform_polygons(
 fn diagonal(polygons: &[PlanarPolygon<'_>], volume: Option<&SplineVolume>) -> f64 {
     let corners = polygons.iter().flat_map(|polygon| polygon.corners).copied();
     let all = corners.chain(volume.map(SplineVolume::bounds).into_iter().flatten());
-    let (low, high) =
-        all.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let [low, high] = bounds::around(all);
     (high - low).length()
 }
 

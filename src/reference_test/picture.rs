@@ -10,7 +10,7 @@ use crate::export::PictureSettings;
 use crate::film::{Area, ExrHeader, Image, LayeredChannel, LayeredPicture, Numbers, Part, SampleKind};
 use crate::render::{RenderControl, RenderError, Rendered, render};
 use crate::scene::{SceneDescription, SceneError};
-use crate::shade::{Camera, CameraError, ShadingScene};
+use crate::shade::{Camera, CameraError};
 
 /// Why there is no picture of a scene.
 #[derive(Debug, Error)]
@@ -75,9 +75,8 @@ impl MadePicture {
 pub fn make_picture(scene: &SceneDescription, control: &RenderControl<'_>) -> Result<MadePicture, MakeError> {
     let built = scene.build()?;
     let camera = Camera::try_new(&built.camera, scene.film.size)?;
-    let shading =
-        ShadingScene { geometry: &built.traced, object_materials: &built.materials, lights: &built.lights };
-    let Rendered { image, statistics, .. } = render(&shading, &camera, &scene.film, &scene.render, control)?;
+    let Rendered { image, statistics, .. } =
+        render(&built.shading(), &camera, &scene.film, &scene.render, control)?;
     let header = PictureSettings::of(scene, &built)?.header(scene, &camera);
     Ok(MadePicture { image, header, non_finite_samples: statistics.non_finite_samples })
 }

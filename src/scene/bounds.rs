@@ -5,6 +5,7 @@ use std::collections::BinaryHeap;
 
 use glam::{DVec2, DVec3};
 
+use crate::math::bounds;
 use crate::patch::{Overlap, TrimmedPatch};
 
 /// The box is larger than the object by no more than this, in parts of its size.
@@ -44,9 +45,7 @@ impl Ord for Candidate {
 /// Lowest and highest corner of a box around the trimmed patches: the tightest, up to rounding-like slack, and never too
 /// small. By halving the rectangle that reaches farthest until its middle does too.
 pub(super) fn tight_bounds(patches: &[TrimmedPatch]) -> [DVec3; 2] {
-    let hulls = patches.iter().flat_map(|patch| patch.patch.hull_bounds());
-    let [low, high] =
-        hulls.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
+    let [low, high] = bounds::around(patches.iter().flat_map(|patch| patch.patch.hull_bounds()));
     let slack = TIGHTNESS * (high - low).length();
     let greatest =
         |axis: usize, sign: f64| sign * (farthest(patches, sign * DVec3::AXES[axis], slack) + slack);

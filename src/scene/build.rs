@@ -16,6 +16,7 @@ use crate::mesh::{
 use crate::patch::{BuildTimes, Facet, TrimmedPatch};
 use crate::shade::{
     CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
+    ShadingScene,
 };
 use crate::surface::SplineSurface;
 use crate::tessellate::facets;
@@ -76,6 +77,13 @@ pub struct SceneTimes {
     pub patches: BuildTimes,
     /// The acceleration structure.
     pub build: Duration,
+}
+
+impl BuiltScene {
+    /// What a renderer needs of it.
+    pub fn shading(&self) -> ShadingScene<'_, TracedScene> {
+        ShadingScene { geometry: &self.traced, object_materials: &self.materials, lights: &self.lights }
+    }
 }
 
 impl SceneDescription {

@@ -7,6 +7,7 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
+use crate::math::bounds;
 use crate::spline::{Cell, SplineVolume};
 
 /// A coordinate this close to a knot, in parts of the lattice's diagonal, is taken to lie on it.
@@ -250,9 +251,7 @@ pub(super) fn range(corners: &[DVec3], axis: usize) -> (f64, f64) {
 
 /// Middle of the corners' bounding box.
 pub(super) fn middle(corners: &[DVec3]) -> DVec3 {
-    let (min, max) = corners.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), &corner| {
-        (min.min(corner), max.max(corner))
-    });
+    let [min, max] = bounds::around(corners.iter().copied());
     min + 0.5 * (max - min)
 }
 

@@ -6,6 +6,7 @@
 use glam::{DVec2, DVec3};
 
 use super::coplanar::Plane;
+use crate::math::bounds;
 
 /// Which frame a patch's parameters live in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -113,7 +114,7 @@ fn parallelogram(plane: &Plane, corners: &[DVec3], degree: [usize; 3], box_size:
     let (along_s, along_t) = order_of_axes(n, dependent, degree);
     // e_(d+1) x e_(d+2) = e_d
     let flips = (along_s == (dependent + 1) % 3) == (n[dependent] < 0.0);
-    let (low, high) = bounds(corners);
+    let [low, high] = bounds::around(corners.iter().copied());
     let direction = |along: usize, length: f64| {
         let mut vector = DVec3::ZERO;
         vector[along] = length;
@@ -191,17 +192,11 @@ fn rectangle(plane: &Plane, corners: &[DVec3], degree: [usize; 3], box_size: DVe
     let mut origin = plane.anchor + s_min * s + t_min * t;
     if let Some(axis) = (0..3).find(|&axis| n[axis] == 0.0) {
         // copied, not computed
-        origin[axis] = bounds(corners).0[axis];
+        origin[axis] = bounds::around(corners.iter().copied())[0][axis];
     }
     (width > 0.0 && height > 0.0).then(|| DualFrame {
         frame: Frame { origin, s: width * s, t: height * t },
         dual: [s / width, t / height],
-    })
-}
-
-fn bounds(corners: &[DVec3]) -> (DVec3, DVec3) {
-    corners.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &corner| {
-        (low.min(corner), high.max(corner))
     })
 }
 

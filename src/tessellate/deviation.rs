@@ -4,7 +4,6 @@ use glam::{DVec2, DVec3};
 
 use super::corners::Part;
 use crate::math::polygon;
-use crate::patch::PatchPoint;
 
 /// Steps along each side of the grid of points at which a triangle is measured.
 const STEPS: usize = 4;
@@ -54,14 +53,6 @@ fn is_border(edges: &[[DVec2; 2]], [from, to]: [DVec2; 2]) -> bool {
     edges.iter().any(|&[a, b]| near(from, a, b - a) && near(to, a, b - a))
 }
 
-/// The step of the parameters whose partials come nearest to an offset; none where they are parallel.
-fn along_surface(point: &PatchPoint, offset: DVec3) -> DVec2 {
-    let (s, t) = (point.dp_ds, point.dp_dt);
-    let normal = s.cross(t);
-    let step = DVec2::new(offset.cross(t).dot(normal), s.cross(offset).dot(normal)) / normal.length_squared();
-    if step.is_finite() { step } else { DVec2::ZERO }
-}
-
 /// Distances of a flat triangle from the surface over the triangle `st` of a patch's parameters, at the points of a grid and
 /// the centroid.
 ///
@@ -88,7 +79,7 @@ pub(super) fn distances(
         if parameters_matter || exact.normal().dot(facet).abs() <= OBLIQUE {
             return offset.length();
         }
-        let foot = at + along_surface(&exact, offset);
+        let foot = at + exact.step_along(offset);
         let inside = polygon::nearest(part.outline, foot);
         let nearer = patch.eval_whole(inside);
         if inside.distance_squared(foot) > ON_BORDER * ON_BORDER {

@@ -58,6 +58,7 @@ impl<'a> Refinement<'a> {
         if tolerance < ROUNDING * farthest {
             return Err(TessellateError::Unreachable { reached: ROUNDING * farthest });
         }
+        let tolerance = FOUND * tolerance;
         for _ in 0..MAX_ROUNDS {
             let measured: Vec<_> = self
                 .mesh
@@ -68,10 +69,9 @@ impl<'a> Refinement<'a> {
             let mut marked = HashSet::new();
             for (triangle, distances) in self.mesh.triangles.iter_mut().zip(measured) {
                 let Some(distances) = distances else { continue };
-                triangle.settled = distances.greatest() <= FOUND * tolerance;
+                triangle.settled = distances.greatest() <= tolerance;
                 if !triangle.settled {
-                    let marks =
-                        marks(&distances, FOUND * tolerance, lengths_sq(&self.mesh.positions, triangle));
+                    let marks = marks(&distances, tolerance, lengths_sq(&self.mesh.positions, triangle));
                     let edges = edges_of(triangle.vertices).into_iter().zip(marks);
                     marked.extend(edges.filter_map(|(edge, mark)| mark.then_some(ordered(edge))));
                 }

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::bvh::Bvh;
 use super::local::LocalSpace;
+use crate::math::bounds;
 
 /// A tree of boxes of the world.
 #[derive(Debug)]
@@ -17,9 +18,7 @@ pub(crate) struct BoxTree {
 impl BoxTree {
     /// Of the boxes `[lowest corner, highest corner]`, which must be finite.
     pub(crate) fn build(boxes: &[[DVec3; 2]]) -> Self {
-        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let space =
-            LocalSpace::around(boxes.iter().fold(none, |[low, high], [a, b]| [low.min(*a), high.max(*b)]));
+        let space = LocalSpace::around(bounds::around(boxes.iter().flatten().copied()));
         let local: Vec<_> = boxes.iter().map(|corners| corners.map(|corner| space.point(corner))).collect();
         Self { space, bvh: Bvh::build(&local), unit: 1.0 / space.length(1.0) }
     }

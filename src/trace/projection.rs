@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3, DVec4};
 
 use crate::math::bernstein::{MAX_ORDER, basis};
+use crate::math::bounds;
 use crate::math::rounding::gamma;
 use crate::patch::BezierPatch;
 
@@ -87,9 +88,7 @@ impl ProjectedNet {
     pub(crate) fn extent(&self) -> f64 {
         let weighted = self.points.iter().zip(&self.depths);
         let places = weighted.map(|(across, depth)| across.extend(depth.x) / depth.y);
-        let [low, high] = places.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], place| {
-            [low.min(place), high.max(place)]
-        });
+        let [low, high] = bounds::around(places);
         (high - low).max_element()
     }
 

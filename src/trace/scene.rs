@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use fearless_simd::{Level, dispatch};
 use glam::{DVec2, DVec3};
 
+use crate::math::bounds;
 use crate::patch::{PatchPoint, TrimmedPatch};
 use crate::spline::Cell;
 
@@ -128,9 +129,7 @@ impl TracedScene {
     /// Builds the acceleration structure over all patches.
     pub fn new(objects: Vec<TracedObject>) -> Self {
         let patches = objects.iter().flat_map(|object| &object.patches);
-        let hulls = patches.flat_map(|trimmed| trimmed.patch.hull_bounds());
-        let all =
-            hulls.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
+        let all = bounds::around(patches.flat_map(|trimmed| trimmed.patch.hull_bounds()));
         let space = LocalSpace::around(all);
         let mut leaves = Leaves::default();
         for (object, traced) in (0..).zip(&objects) {
@@ -166,15 +165,12 @@ impl TracedScene {
 
     /// Lowest and highest corner of a box around one object's surface; not the tightest.
     pub fn object_bounds(&self, object: usize) -> [DVec3; 2] {
-        let points = self.objects[object].patches.iter().flat_map(TrimmedPatch::trimmed_bounds);
-        points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
+        bounds::around(self.objects[object].patches.iter().flat_map(TrimmedPatch::trimmed_bounds))
     }
 
     /// Lowest and highest corner of a box around all objects.
     pub fn bounds(&self) -> [DVec3; 2] {
-        (0..self.objects.len())
-            .map(|object| self.object_bounds(object))
-            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], [a, b]| [low.min(a), high.max(b)])
+        bounds::around((0..self.objects.len()).flat_map(|object| self.object_bounds(object)))
     }
 
     /// Takes the counts of the calling thread, leaving zeros.

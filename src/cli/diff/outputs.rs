@@ -4,11 +4,12 @@ use std::path::Path;
 
 use anyhow::Context;
 
-use crate::difference::{ErrorMap, LayerDifference, Mismatch, Status, difference_layers};
+use crate::difference::{LayerDifference, Mismatch, Status, difference_layers};
 use crate::film::{Raster, encode_animation, encode_raster, write_layers};
 use crate::output::write_whole;
 use crate::report::{DifferencePage, Shown, TestCase, difference_page, junit};
 
+use super::super::encoded;
 use super::text::general;
 use super::{CliError, Found};
 
@@ -44,17 +45,7 @@ fn class(paths: [&Path; 2]) -> String {
     format!("{} against {}", paths[1].display(), paths[0].display())
 }
 
-fn encoded(png: Result<Vec<u8>, String>) -> Result<Vec<u8>, CliError> {
-    png.map_err(|reason| CliError::Failed(anyhow::anyhow!("a picture cannot be encoded: {reason}")))
-}
-
 impl Found<'_> {
-    /// The first metric's map, or that of absolute differences.
-    pub(super) fn heat_map(&self) -> &ErrorMap {
-        let found = &self.comparison;
-        found.metrics.iter().find_map(|metric| metric.map.as_ref()).unwrap_or(&found.errors)
-    }
-
     /// Writes everything that was asked for.
     pub(super) fn write_files(&self) -> Result<(), CliError> {
         let args = self.args;
@@ -77,7 +68,7 @@ impl Found<'_> {
         if [&args.heatmap, &args.sidebyside, &args.flip, &args.html].iter().all(|path| path.is_none()) {
             return Ok(());
         }
-        let heat = self.heat_map().raster();
+        let heat = self.comparison.heat_map().raster();
         if let Some(path) = &args.heatmap {
             write_whole(path, &encoded(encode_raster(&heat))?)?;
         }
@@ -100,7 +91,7 @@ impl Found<'_> {
     fn page(&self, previews: Option<&[Raster; 2]>, heat: &Raster) -> Result<String, CliError> {
         let found = &self.comparison;
         let heat = encoded(encode_raster(heat))?;
-        let map = self.heat_map();
+        let map = self.comparison.heat_map();
         let heat_label = format!("{}: black is 0, pale yellow {}", map.name, general(map.scale.into()));
         let mut pngs = Vec::new();
         for preview in previews.into_iter().flatten() {

@@ -39,7 +39,7 @@ impl Found<'_> {
             let fails = if metric.fails { ": beyond --metricfail" } else { "" };
             let _ = writeln!(text, "  {} = {}{max}{fails}", metric.name, general(metric.mean));
         }
-        if let (Some(path), map) = (&self.args.heatmap, self.heat_map()) {
+        if let (Some(path), map) = (&self.args.heatmap, self.comparison.heat_map()) {
             let scale = general(map.scale.into());
             let _ =
                 writeln!(text, "  {}: {}, from 0 (black) to {scale} (pale yellow)", path.display(), map.name);

@@ -9,6 +9,7 @@ use crate::output::write_whole;
 use crate::reference_test::{SceneTest, TestResult};
 use crate::report::{SceneTestShown, TestCase, junit, scene_tests_page};
 
+use super::super::encoded;
 use super::{CliError, TestArgs, print_result};
 
 /// The longest side of a picture on the page.
@@ -121,15 +122,12 @@ type Pngs = (Option<[Vec<u8>; 2]>, Option<(String, Vec<u8>)>);
 
 /// The reference, the picture, and where they differ.
 fn pictures(found: &Comparison) -> Result<Pngs, CliError> {
-    let encoded = |raster: &Raster| {
-        encode_raster(&raster.shrunk(SIDE))
-            .map_err(|reason| CliError::Failed(anyhow::anyhow!("a picture cannot be encoded: {reason}")))
-    };
+    let encoded = |raster: &Raster| encoded(encode_raster(&raster.shrunk(SIDE)));
     let both = match found.colours.as_ref().map(|colours| colours.previews()) {
         Some([reference, test]) => Some([encoded(&reference)?, encoded(&test)?]),
         None => None,
     };
-    let map = found.metrics.iter().find_map(|metric| metric.map.as_ref()).unwrap_or(&found.errors);
+    let map = found.heat_map();
     let label = format!("{}: black is 0, pale yellow {}", map.name, map.scale);
     Ok((both, Some((label, encoded(&map.raster())?))))
 }

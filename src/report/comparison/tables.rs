@@ -3,7 +3,8 @@
 use maud::html;
 
 use super::{is_exact, name};
-use crate::compare::{DeviationFigures, MethodFigures};
+use crate::compare::MethodFigures;
+use crate::deviation::Deviation;
 use crate::report::numbers::{bytes, count, scientific, short};
 use crate::report::page::Html;
 
@@ -138,7 +139,7 @@ fn reference(_: &MethodFigures) -> String {
 }
 
 /// The deviation of flat triangles; of exact patches neither a bound nor normals are measured.
-fn flat(method: &MethodFigures) -> Option<DeviationFigures> {
+fn flat(method: &MethodFigures) -> Option<Deviation> {
     method.deviation.filter(|_| !is_exact(method))
 }
 

@@ -1,5 +1,6 @@
 use super::*;
-use crate::compare::{Bytes, DeviationFigures, ImageFigures, Seconds, SilhouetteFigures, needed};
+use crate::compare::{Bytes, ImageFigures, Seconds, SilhouetteError, needed};
+use crate::deviation::Deviation;
 use crate::difference::Angles;
 
 fn image(error: f64) -> ImageFigures {
@@ -28,7 +29,7 @@ fn method(kind: Method, triangles: usize, error: f64) -> MethodFigures {
         noise: false,
         triangles,
         patches: if is_exact { triangles * 3 } else { triangles },
-        deviation: Some(DeviationFigures {
+        deviation: Some(Deviation {
             max,
             bound: max * 1.004,
             mean: max * 0.2,
@@ -36,7 +37,7 @@ fn method(kind: Method, triangles: usize, error: f64) -> MethodFigures {
             normal_mean_degrees: max.sqrt() * 8.0,
         }),
         deviation_error: None,
-        silhouette: Some(SilhouetteFigures { max: error * 500.0, mean: error * 60.0 }),
+        silhouette: Some(SilhouetteError { max: error * 500.0, mean: error * 60.0 }),
         image: (!is_exact).then(|| image(0.003 + error)),
         seconds: seconds_of.build + seconds_of.render,
         seconds_of,
@@ -133,14 +134,14 @@ fn few_methods_and_errors_of_zero_make_a_page() {
     let exact = method(Method::Exact, 768, 0.0);
     let level = |level, error| method(Method::Pointwise { level }, 768, error);
     let zero = |mut method: MethodFigures| {
-        method.deviation = Some(DeviationFigures {
+        method.deviation = Some(Deviation {
             max: 0.0,
             bound: 0.0,
             mean: 0.0,
             normal_max_degrees: 0.0,
             normal_mean_degrees: 0.0,
         });
-        method.silhouette = Some(SilhouetteFigures { max: 0.0, mean: 0.0 });
+        method.silhouette = Some(SilhouetteError { max: 0.0, mean: 0.0 });
         method.image = method.image.map(|_| ImageFigures { psnr: f64::INFINITY, ..image(0.0) });
         method
     };
