@@ -60,6 +60,7 @@ pub mod film;
 pub mod manipulate;
 mod math;
 pub mod mesh;
+pub mod model;
 pub mod output;
 pub mod patch;
 pub mod reference_test;

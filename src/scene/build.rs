@@ -13,6 +13,10 @@ use crate::film::{Picture, read_picture};
 use crate::mesh::{
     FaultKind, MeshNotes, MeshTolerances, ObjError, PolygonMesh, PolygonSet, load_obj, prepare_polygons,
 };
+use crate::model::{
+    BuiltLattice, CarriedNormals, Deformed, Deforming, PolygonAttributes, SurfaceObject, TriangularCounts,
+    Undeformed, deform_pointwise, facet_object, self_intersection, surface_object,
+};
 use crate::patch::{BuildTimes, Facet, TrimmedPatch};
 use crate::shade::{
     CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
@@ -22,17 +26,10 @@ use crate::surface::SplineSurface;
 use crate::tessellate::facets;
 use crate::trace::{TracedObject, TracedScene, VertexAttributes};
 
-use super::attributes::{CarriedNormals, PolygonAttributes};
-use super::deformed::{BuiltLattice, Deformed, Deforming, Undeformed};
 use super::description::{
     DeformDescription, LightDescription, Method, ObjectDescription, ObjectShape, SceneDescription,
 };
 use super::diagnostic::{Diagnostic, Location, SceneError};
-use super::facets::facet_object;
-use super::pointwise::deform_pointwise;
-use super::self_intersection::self_intersection;
-use super::surface_object::{SurfaceObject, surface_object};
-use super::triangular::TriangularCounts;
 
 /// A scene ready to trace and render.
 #[derive(Debug)]

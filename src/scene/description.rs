@@ -7,9 +7,9 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::diagnostic::{Located, Location};
 use super::names::{Choice, lookup};
-use super::pointwise::MAX_LEVEL;
 use crate::analytic::Extension;
 use crate::film::FilmSettings;
+use crate::model::MAX_LEVEL;
 use crate::shade::{CameraSettings, Light, Material, RenderSettings};
 use crate::spline::{Axis, SignedAxis};
 use crate::subdivide::FrameChoice;

@@ -9,7 +9,7 @@ use crate::trace::VertexAttributes;
 
 /// The patches of triangles and what is looked up at their hits. `exact` looks up where the shape itself would be; with
 /// `vertex_normals` it is asked at the triangles' corners alone. `volume` is the first that deforms the object.
-pub(super) fn facet_object(
+pub(crate) fn facet_object(
     mut facets: Vec<Facet>,
     exact: Box<dyn VertexAttributes>,
     vertex_normals: bool,

@@ -8,20 +8,20 @@ use crate::surface::SplineSurface;
 use crate::trace::VertexAttributes;
 
 /// A surface ready to trace.
-pub(super) struct SurfaceObject {
-    pub(super) patches: Vec<TrimmedPatch>,
-    pub(super) attributes: SurfaceAttributes,
+pub(crate) struct SurfaceObject {
+    pub(crate) patches: Vec<TrimmedPatch>,
+    pub(crate) attributes: SurfaceAttributes,
 }
 
 /// Texture coordinates of a surface are its own parameters; a patch's frame takes to them, with z = 0.
 #[derive(Debug)]
-pub(super) struct SurfaceAttributes {
+pub(crate) struct SurfaceAttributes {
     surface: SplineSurface,
     transform: DAffine3,
 }
 
 /// A surface placed in the world.
-pub(super) fn surface_object(surface: &SplineSurface, transform: DAffine3) -> SurfaceObject {
+pub(crate) fn surface_object(surface: &SplineSurface, transform: DAffine3) -> SurfaceObject {
     let place = |trimmed: TrimmedPatch| {
         let placed = |point: DVec4| {
             // (w x, w y, w z, w) goes to w times the image of (x, y, z)
@@ -37,7 +37,7 @@ pub(super) fn surface_object(surface: &SplineSurface, transform: DAffine3) -> Su
 }
 
 /// The corners of a patch that is a parallelogram, from (0, 0) to (1, 0), (1, 1), (0, 1); `None` if it is not flat.
-pub(super) fn plane_corners(trimmed: &TrimmedPatch) -> Option<[DVec3; 4]> {
+pub(crate) fn plane_corners(trimmed: &TrimmedPatch) -> Option<[DVec3; 4]> {
     let patch = &trimmed.patch;
     if patch.degree() != [1, 1] || patch.is_rational() {
         return None;

@@ -15,13 +15,13 @@ const MAX_TRIANGLES: usize = 20_000_000;
 const ON_BORDER: f64 = 1e-10;
 
 /// Greatest number of splittings.
-pub(super) const MAX_LEVEL: u32 = 12;
+pub(crate) const MAX_LEVEL: u32 = 12;
 
 /// Splits each triangle of the polygons' fans into 4^level and moves the corners.
 ///
 /// # Errors
 /// If there would be too many triangles.
-pub(super) fn deform_pointwise(
+pub(crate) fn deform_pointwise(
     polygons: &PolygonSet,
     volumes: &[SplineVolume],
     level: u32,
@@ -88,7 +88,7 @@ mod tests {
     use super::{moved, split};
     use crate::spline::SplineVolume;
 
-    const CUBE: &str = include_str!("../../scenes/meshes/feng_fig07_cube.obj");
+    const CUBE: &str = include_str!("../../../scenes/meshes/feng_fig07_cube.obj");
 
     fn built(method: &str) -> BuiltScene {
         let folder = tempfile::tempdir().unwrap();

@@ -2,12 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::description::{
-    DragDescription, DragSources, DragUsing, Edit, FfdDescription, MoveTo, SceneDescription,
-};
-use super::diagnostic::{Diagnostic, Located, Location};
-use super::lattice_file::read_lattice;
 use crate::manipulate::{DirectManipulation, Drag, PointSolution, solve_weights};
+use crate::scene::read_lattice;
+use crate::scene::{Diagnostic, Located, Location};
+use crate::scene::{DragDescription, DragSources, DragUsing, Edit, FfdDescription, MoveTo, SceneDescription};
 use crate::spline::{ControlLattice, HeldPoint, SplineVolume};
 
 /// A flat axis of an object's box is widened by this part of the box's longest side to both sides, so that the lattice
@@ -15,10 +13,10 @@ use crate::spline::{ControlLattice, HeldPoint, SplineVolume};
 const FLAT_AXIS_PADDING: f64 = 0.25;
 
 /// A lattice after all edits.
-pub(super) struct EditedLattice {
-    pub(super) volume: SplineVolume,
-    pub(super) lattice: ControlLattice,
-    pub(super) drags: Vec<DragReport>,
+pub(crate) struct EditedLattice {
+    pub(crate) volume: SplineVolume,
+    pub(crate) lattice: ControlLattice,
+    pub(crate) drags: Vec<DragReport>,
 }
 
 /// What one edit's drags did to the lattice.
@@ -65,7 +63,7 @@ pub struct DragOutcome {
 type Pick<'a> = &'a dyn Fn(&ControlLattice, DVec2) -> Result<DVec3, String>;
 
 /// The lattice over a box after all edits of a deformation.
-pub(super) fn edited_lattice(
+pub(crate) fn edited_lattice(
     scene: &SceneDescription,
     ffd: &Located<&FfdDescription>,
     object_bounds: [DVec3; 2],

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use super::deformed::{Deformed, Deforming, Shaped, StepFault, Undeformed, planar};
-use super::diagnostic::Diagnostic;
 use crate::analytic::Step;
+use crate::model::deformation::{Deformed, Deforming, Shaped, StepFault, Undeformed, planar};
 use crate::patch::{BuildError, deform_triangles};
+use crate::scene::Diagnostic;
 
 /// How much the triangular patches of an object are, before they are converted to tensor-product patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ impl Deforming<'_> {
     ///
     /// # Errors
     /// At the second deformation if there is one, and as [`Self::deformed`].
-    pub(super) fn triangular(&self) -> Result<(Deformed, TriangularCounts), Vec<Diagnostic>> {
+    pub(crate) fn triangular(&self) -> Result<(Deformed, TriangularCounts), Vec<Diagnostic>> {
         let fault = |step, message| self.diagnostics(StepFault { step: Some(step), message });
         if self.object.deform.len() > 1 {
             let message = "method triangular takes one lattice at most, for only flat polygons have triangular \
@@ -64,7 +64,7 @@ mod tests {
     use crate::test_support::Noise;
     use crate::trace::{Geometry, Ray};
 
-    const CUBE: &str = include_str!("../../scenes/meshes/feng_fig07_cube.obj");
+    const CUBE: &str = include_str!("../../../scenes/meshes/feng_fig07_cube.obj");
     const LATTICE: &str = "[[object.deform]]\ntype = \"ffd\"\ndegree = [2, 3, 2]\npoints = [4, 5, 4]\n\
                            [[object.deform.edit]]\ntwist = { axis = \"z\", angle = 60 }\n";
 

@@ -6,14 +6,16 @@ use std::time::{Duration, Instant};
 
 use glam::{DAffine3, DVec2, DVec3};
 
+use super::attributes::plane_corners;
 use super::bounds::tight_bounds;
-use super::description::{DeformDescription, FfdDescription, ObjectDescription, Outside, SceneDescription};
-use super::diagnostic::{Diagnostic, Located, Location};
-use super::edits::{DragReport, EditedLattice, edited_lattice};
-use super::surface_object::plane_corners;
+use super::deformer::{DragReport, EditedLattice, edited_lattice};
 use crate::analytic::{Chain, CoverSettings, Covered, KnotBox, Step, cover};
 use crate::mesh::PolygonSet;
 use crate::patch::{BuildTimes, Deformation, PlanarPolygon, TrimmedPatch, deform_polygons};
+use crate::scene::{
+    DeformDescription, Diagnostic, FfdDescription, Located, Location, ObjectDescription, Outside,
+    SceneDescription,
+};
 use crate::shade::Camera;
 use crate::spline::{ControlLattice, SplineVolume};
 use crate::subdivide::{Frame, FrameChoice};
@@ -22,7 +24,7 @@ use crate::trace::{Geometry, NoAttributes, TracedObject, TracedScene};
 
 /// What is deformed: placed in the world.
 #[derive(Clone, Copy)]
-pub(super) enum Undeformed<'a> {
+pub(crate) enum Undeformed<'a> {
     /// Of a mesh.
     Polygons(&'a PolygonSet),
     /// Of a surface, whose patches' frames take to its parameters.
@@ -45,17 +47,17 @@ pub struct BuiltLattice {
 }
 
 /// An object after its deformations.
-pub(super) struct Deformed {
-    pub(super) patches: Vec<TrimmedPatch>,
-    pub(super) subpolygons: usize,
-    pub(super) lattices: Vec<BuiltLattice>,
-    pub(super) steps: Vec<Step>,
-    pub(super) times: BuildTimes,
+pub(crate) struct Deformed {
+    pub(crate) patches: Vec<TrimmedPatch>,
+    pub(crate) subpolygons: usize,
+    pub(crate) lattices: Vec<BuiltLattice>,
+    pub(crate) steps: Vec<Step>,
+    pub(crate) times: BuildTimes,
 }
 
 impl Deformed {
     /// What all steps made.
-    pub(super) fn new(shaped: Shaped, steps: Vec<Step>, mut lattices: Vec<BuiltLattice>) -> Self {
+    pub(crate) fn new(shaped: Shaped, steps: Vec<Step>, mut lattices: Vec<BuiltLattice>) -> Self {
         let Shaped { patches, subpolygons, times, knot_boxes } = shaped;
         for lattice in &mut lattices {
             let here = knot_boxes.iter().filter(|(step, _)| step + 1 == lattice.deform);
@@ -66,30 +68,30 @@ impl Deformed {
 }
 
 /// Patches after some steps.
-pub(super) struct Shaped {
-    pub(super) patches: Vec<TrimmedPatch>,
-    pub(super) subpolygons: usize,
-    pub(super) times: BuildTimes,
+pub(crate) struct Shaped {
+    pub(crate) patches: Vec<TrimmedPatch>,
+    pub(crate) subpolygons: usize,
+    pub(crate) times: BuildTimes,
     /// By step.
-    pub(super) knot_boxes: BTreeSet<(usize, KnotBox)>,
+    pub(crate) knot_boxes: BTreeSet<(usize, KnotBox)>,
 }
 
 /// A message about a step.
-pub(super) struct StepFault {
-    pub(super) step: Option<usize>,
-    pub(super) message: String,
+pub(crate) struct StepFault {
+    pub(crate) step: Option<usize>,
+    pub(crate) message: String,
 }
 
 /// An object's deformations at work.
-pub(super) struct Deforming<'a> {
-    pub(super) scene: &'a SceneDescription,
-    pub(super) object: &'a ObjectDescription,
-    pub(super) undeformed: Undeformed<'a>,
+pub(crate) struct Deforming<'a> {
+    pub(crate) scene: &'a SceneDescription,
+    pub(crate) object: &'a ObjectDescription,
+    pub(crate) undeformed: Undeformed<'a>,
 }
 
 impl Deforming<'_> {
     /// The volumes and extensions, without patches.
-    pub(super) fn steps(&self) -> Result<(Vec<Step>, Vec<BuiltLattice>), Vec<Diagnostic>> {
+    pub(crate) fn steps(&self) -> Result<(Vec<Step>, Vec<BuiltLattice>), Vec<Diagnostic>> {
         let mut steps: Vec<Step> = Vec::new();
         let mut lattices = Vec::new();
         for (number, deform) in (1..).zip(&self.object.deform) {
@@ -127,7 +129,7 @@ impl Deforming<'_> {
     }
 
     /// All deformations, exactly.
-    pub(super) fn deformed(&self) -> Result<Deformed, Vec<Diagnostic>> {
+    pub(crate) fn deformed(&self) -> Result<Deformed, Vec<Diagnostic>> {
         let (steps, lattices) = self.steps()?;
         let shaped = self.shape(&steps, CoverSettings::default());
         let shaped = shaped.map_err(|fault| self.diagnostics(fault))?;
@@ -141,7 +143,7 @@ impl Deforming<'_> {
         }
     }
 
-    pub(super) fn diagnostics(&self, StepFault { step, message }: StepFault) -> Vec<Diagnostic> {
+    pub(crate) fn diagnostics(&self, StepFault { step, message }: StepFault) -> Vec<Diagnostic> {
         let deform = step.and_then(|step| self.object.deform.get(step));
         let location: Location = deform.map_or(self.object.name.location, |deform| deform.location);
         let message = format!("object {:?}: {message}", self.object.name.value);
@@ -230,7 +232,7 @@ impl Deforming<'_> {
     }
 
     /// Refuses parts outside a lattice's box if the scene says so.
-    pub(super) fn check_outside(&self, step: usize, shaped: &Shaped) -> Result<(), StepFault> {
+    pub(crate) fn check_outside(&self, step: usize, shaped: &Shaped) -> Result<(), StepFault> {
         if !matches!(self.ffd(step), Some(FfdDescription { outside: Outside::Error, .. }))
             || !shaped.knot_boxes.contains(&(step, None))
         {
@@ -286,7 +288,7 @@ impl Deforming<'_> {
 }
 
 /// The polygons of a mesh as they are cut.
-pub(super) fn planar(polygons: &PolygonSet) -> Vec<PlanarPolygon<'_>> {
+pub(crate) fn planar(polygons: &PolygonSet) -> Vec<PlanarPolygon<'_>> {
     polygons.iter().map(|polygon| PlanarPolygon { face: polygon.face, corners: polygon.positions }).collect()
 }
 
