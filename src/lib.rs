@@ -14,7 +14,7 @@
 //!    [`difference`]: how far a picture is from another; [`deviation`]: how far triangles are from a surface
 //! 7. [`scene`]: scene files; [`tessellate`], [`export`]: the exact patches or triangles for other programs;
 //!    [`compare`]: a scene by several methods; [`reference_test`]: scenes against their references;
-//!    [`report`]: what was found, for people and for build servers; [`cli`]: the commands
+//!    [`report`]: what was found, for people and for build servers; the program's commands are in `src/cli`
 //!
 //! # Guarantees
 //! A patch is the volume on its plane to 1e-12 of the diagonal; hits are on their ray and on the surface to 1e-11; no part
@@ -51,7 +51,7 @@
 
 pub mod analytic;
 pub mod arrays;
-pub mod cli;
+#[cfg(feature = "cli")]
 pub mod compare;
 pub mod deviation;
 pub mod difference;
@@ -63,14 +63,17 @@ pub mod mesh;
 pub mod model;
 pub mod output;
 pub mod patch;
+#[cfg(feature = "cli")]
 pub mod reference_test;
 pub mod render;
+#[cfg(feature = "cli")]
 pub mod report;
 pub mod scene;
 pub mod shade;
 pub mod spline;
 pub mod subdivide;
-mod suggestion;
+#[doc(hidden)]
+pub mod suggestion;
 pub mod surface;
 pub mod tessellate;
 #[cfg(test)]

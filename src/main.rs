@@ -1,7 +1,9 @@
 //! The `trimray` program.
 
+mod cli;
+
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    trimray::cli::run()
+    cli::run()
 }

@@ -1,7 +1,7 @@
 //! What a misspelt name may have been meant to be.
 
 /// The known name that `name` is most likely a misspelling of.
-pub(crate) fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
+pub fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
     // a name far longer than any other is no misspelling, and the distance costs its square
     if name.len() > 64 {
         return None;
@@ -18,6 +18,6 @@ pub(crate) fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
 }
 
 /// `; did you mean "…"?`, or nothing.
-pub(crate) fn did_you_mean(name: &str, known: &[&str]) -> String {
+pub fn did_you_mean(name: &str, known: &[&str]) -> String {
     closest(name, known).map_or_else(String::new, |known| format!("; did you mean {known:?}?"))
 }

@@ -7,16 +7,16 @@ use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 
-use crate::compare::{
+use trimray::compare::{
     CompareError, CompareSettings, METRICS, Made, MethodFigures, SceneFigures, measure, needed,
 };
-use crate::difference::{self, Comparison};
-use crate::export::PictureSettings;
-use crate::film::{LayeredPicture, encode_png, encode_raster, read_layers, write_exr};
-use crate::output::{OutputError, check_writable, write_whole};
-use crate::render::RenderError;
-use crate::report::{MethodPictures, ShownScene, comparison_page};
-use crate::scene::{SceneDescription, parse_scene, parse_size, validate_film};
+use trimray::difference::{self, Comparison};
+use trimray::export::PictureSettings;
+use trimray::film::{LayeredPicture, encode_png, encode_raster, read_layers, write_exr};
+use trimray::output::{OutputError, check_writable, write_whole};
+use trimray::render::RenderError;
+use trimray::report::{MethodPictures, ShownScene, comparison_page};
+use trimray::scene::{SceneDescription, parse_scene, parse_size, validate_film};
 
 use super::progress::spinner;
 use super::{

@@ -12,12 +12,12 @@ use std::time::Instant;
 use anyhow::Context;
 use clap::{ArgAction, Args};
 
-use crate::difference::{
+use trimray::difference::{
     CompareError, CompareSettings, Comparison, Judge, LayerDifference, LayerRule, Metric, Mismatch, Status,
     Thresholds, compare, why,
 };
-use crate::film::{LayeredPicture, read_layers};
-use crate::output::check_writable;
+use trimray::film::{LayeredPicture, read_layers};
+use trimray::output::check_writable;
 
 use super::{CliError, check_ending, check_interrupted, print_result};
 

@@ -6,9 +6,9 @@ use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 
-use crate::export::to_json;
-use crate::manipulate::CONSISTENT;
-use crate::scene::{BuiltLattice, BuiltObject, BuiltScene, DragReport, DragUsing, SceneDescription};
+use trimray::export::to_json;
+use trimray::manipulate::CONSISTENT;
+use trimray::scene::{BuiltLattice, BuiltObject, BuiltScene, DragReport, DragUsing, SceneDescription};
 
 use super::{CliError, SceneArgs, print_result};
 
@@ -104,7 +104,7 @@ pub(super) fn compromises(object: &BuiltObject) -> Vec<String> {
 
 fn gather(scene: &SceneDescription, built: &BuiltScene) -> Drags {
     let objects = scene.objects.iter().zip(&built.objects);
-    let of_object = |(object, made): (&crate::scene::ObjectDescription, &BuiltObject)| ObjectDrags {
+    let of_object = |(object, made): (&trimray::scene::ObjectDescription, &BuiltObject)| ObjectDrags {
         name: object.name.value.clone(),
         edits: made
             .lattices

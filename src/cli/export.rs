@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 
-use crate::arrays::write_npy;
-use crate::export::{
+use trimray::arrays::write_npy;
+use trimray::export::{
     MITSUBA_NAMES, MITSUBA_SCENE, NamedMesh, Precision, exact_patches, is_exported, mitsuba_scene, obj, ply,
 };
-use crate::output::{OwnFolder, check_folder_writable, check_writable, write_folder_whole, write_whole};
-use crate::scene::{BuiltScene, SceneDescription};
-use crate::tessellate::{Fineness, TessellateError, tessellate};
+use trimray::output::{OwnFolder, check_folder_writable, check_writable, write_folder_whole, write_whole};
+use trimray::scene::{BuiltScene, SceneDescription};
+use trimray::tessellate::{Fineness, TessellateError, tessellate};
 
 use super::{CliError, INTERRUPTED, SceneArgs, checked_camera, parse_tolerance};
 

@@ -7,10 +7,10 @@ use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 
-use crate::export::to_json;
-use crate::patch::TrimmedPatch;
-use crate::scene::{BuiltLattice, BuiltScene, ObjectDescription, SceneDescription, TriangularCounts};
-use crate::spline::{Orientation, orientation};
+use trimray::export::to_json;
+use trimray::patch::TrimmedPatch;
+use trimray::scene::{BuiltLattice, BuiltScene, ObjectDescription, SceneDescription, TriangularCounts};
+use trimray::spline::{Orientation, orientation};
 
 use super::statistics::{Acceleration, Sample, readable};
 use super::{CliError, SceneArgs, print_result};

@@ -19,10 +19,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::{Args, Parser, Subcommand};
 use thiserror::Error;
 
-use crate::film::FilmSettings;
-use crate::output::OutputError;
-use crate::scene::{BuiltScene, SceneDescription, SceneError, parse_scene};
-use crate::shade::{Camera, CameraSettings};
+use trimray::film::FilmSettings;
+use trimray::output::OutputError;
+use trimray::scene::{BuiltScene, SceneDescription, SceneError, parse_scene};
+use trimray::shade::{Camera, CameraSettings};
 
 /// Set by Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -65,7 +65,7 @@ struct SceneArgs {
     threads: Option<usize>,
     /// How deformed shapes are represented, for all objects: exact, pointwise:L, adaptive:TOL, or triangular
     #[arg(long, value_name = "M")]
-    method: Option<crate::scene::Method>,
+    method: Option<trimray::scene::Method>,
     /// Where drags contradict each other, take the best compromise instead of stopping
     #[arg(long)]
     least_squares: bool,
@@ -108,7 +108,7 @@ impl CliError {
 }
 
 /// Runs the program on the process's own arguments.
-pub fn run() -> ExitCode {
+pub(crate) fn run() -> ExitCode {
     let cli = match Cli::try_parse_from(diff::with_idiff_spellings(std::env::args_os())) {
         Ok(cli) => cli,
         Err(error) => {

@@ -6,12 +6,12 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::Args;
 
-use crate::export::PictureSettings;
-use crate::film::{FilmSettings, write_exr, write_png};
-use crate::output::check_writable;
-use crate::render::{Checkpoint, CheckpointFile, RenderControl, RenderError, Rendered, TevPreview, render};
-use crate::scene::{Choice, SceneDescription, parse_crop, parse_size, validate_film};
-use crate::shade::IntegratorKind;
+use trimray::export::PictureSettings;
+use trimray::film::{FilmSettings, write_exr, write_png};
+use trimray::output::check_writable;
+use trimray::render::{Checkpoint, CheckpointFile, RenderControl, RenderError, Rendered, TevPreview, render};
+use trimray::scene::{Choice, SceneDescription, parse_crop, parse_size, validate_film};
+use trimray::shade::IntegratorKind;
 
 use super::progress::progress_bar;
 use super::show::{Show, draw};

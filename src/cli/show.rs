@@ -3,10 +3,10 @@
 use clap::ValueEnum;
 use glam::DVec3;
 
-use crate::film::{Image, Overlay};
-use crate::scene::BuiltScene;
-use crate::shade::Camera;
-use crate::spline::ControlLattice;
+use trimray::film::{Image, Overlay};
+use trimray::scene::BuiltScene;
+use trimray::shade::Camera;
+use trimray::spline::ControlLattice;
 
 /// What can be drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

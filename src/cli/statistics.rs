@@ -5,9 +5,9 @@ use std::fmt::Write;
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use crate::scene::{BuiltScene, SceneDescription};
-use crate::shade::{RenderStatistics, Sampler, uniform_sphere};
-use crate::trace::{AccelerationStatistics, Geometry, Ray, TraceStatistics, TracedScene};
+use trimray::scene::{BuiltScene, SceneDescription};
+use trimray::shade::{RenderStatistics, Sampler, uniform_sphere};
+use trimray::trace::{AccelerationStatistics, Geometry, Ray, TraceStatistics, TracedScene};
 
 use super::{CliError, checked_camera};
 

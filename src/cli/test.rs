@@ -7,13 +7,13 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use crate::output::check_writable;
-use crate::reference_test::{
+use trimray::output::check_writable;
+use trimray::reference_test::{
     BlessError, BlessSettings, FolderError, JudgeSettings, MakeError, SEED, SceneTest, TestFolder,
     TestSettings, bless, find_tests, run_test,
 };
-use crate::render::{RenderControl, RenderError};
-use crate::suggestion::did_you_mean;
+use trimray::render::{RenderControl, RenderError};
+use trimray::suggestion::did_you_mean;
 
 use self::outputs::Tested;
 use super::diff::threshold;

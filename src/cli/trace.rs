@@ -10,10 +10,10 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use rayon::slice::ParallelSlice;
 use serde::Serialize;
 
-use crate::arrays::{NamedArray, Values, read_f64, write_npz};
-use crate::export::to_json;
-use crate::output::check_writable;
-use crate::trace::{Geometry, Ray, SurfaceInteraction, TraceStatistics, TracedScene};
+use trimray::arrays::{NamedArray, Values, read_f64, write_npz};
+use trimray::export::to_json;
+use trimray::output::check_writable;
+use trimray::trace::{Geometry, Ray, SurfaceInteraction, TraceStatistics, TracedScene};
 
 use super::statistics::{Acceleration, print_trace};
 use super::{CliError, SceneArgs, check_interrupted, print_result};

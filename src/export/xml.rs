@@ -31,6 +31,7 @@ impl Element {
     }
 
     /// Text before the children.
+    #[cfg(feature = "cli")]
     pub(crate) fn text(mut self, text: impl Into<String>) -> Self {
         self.text = text.into();
         self

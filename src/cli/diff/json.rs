@@ -4,8 +4,8 @@ use std::io;
 
 use serde_json::{Value, json};
 
-use crate::difference::{Figures, LayerDifference, Mismatch};
-use crate::export::to_json;
+use trimray::difference::{Figures, LayerDifference, Mismatch};
+use trimray::export::to_json;
 
 use super::Found;
 

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use anyhow::Context;
 
-use crate::difference::{LayerDifference, Mismatch, Status, difference_layers};
-use crate::film::{Raster, encode_animation, encode_raster, write_layers};
-use crate::output::write_whole;
-use crate::report::{DifferencePage, Shown, TestCase, difference_page, junit};
+use trimray::difference::{LayerDifference, Mismatch, Status, difference_layers};
+use trimray::film::{Raster, encode_animation, encode_raster, write_layers};
+use trimray::output::write_whole;
+use trimray::report::{DifferencePage, Shown, TestCase, difference_page, junit};
 
 use super::super::encoded;
 use super::text::general;

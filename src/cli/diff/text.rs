@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::difference::{Figures, Judge, LayerDifference, LayerKind, Place, Status, WorstPixel};
+use trimray::difference::{Figures, Judge, LayerDifference, LayerKind, Place, Status, WorstPixel};
 
 use super::Found;
 

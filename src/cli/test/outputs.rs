@@ -3,11 +3,11 @@
 use anyhow::Context;
 use serde_json::{Value, json};
 
-use crate::difference::{Comparison, Judge};
-use crate::film::{Raster, encode_raster};
-use crate::output::write_whole;
-use crate::reference_test::{SceneTest, TestResult};
-use crate::report::{SceneTestShown, TestCase, junit, scene_tests_page};
+use trimray::difference::{Comparison, Judge};
+use trimray::film::{Raster, encode_raster};
+use trimray::output::write_whole;
+use trimray::reference_test::{SceneTest, TestResult};
+use trimray::report::{SceneTestShown, TestCase, junit, scene_tests_page};
 
 use super::super::encoded;
 use super::{CliError, TestArgs, print_result};
@@ -153,7 +153,7 @@ impl TestArgs {
                 "warnings": warnings,
                 "scenes": tested.iter().map(|tested| &tested.json).collect::<Vec<_>>(),
             });
-            let bytes = crate::export::to_json(&all).context("the JSON")?;
+            let bytes = trimray::export::to_json(&all).context("the JSON")?;
             print_result(&String::from_utf8(bytes).context("the JSON")?);
         } else if !self.quiet {
             print_result(&format!("{passed} pass, {failed} fail; see {}\n", self.output.display()));
