@@ -19,7 +19,7 @@ use glam::{DAffine3, DVec3};
 use serde_json::{Value, json};
 use trimray::mesh::{MeshTolerances, load_obj, prepare_polygons};
 use trimray::patch::{Composer, Deformation, PlanarPolygon, compose_by_interpolation, deform_polygons};
-use trimray::spline::{Axis, Cell, ControlLattice, MAX_VOLUME_DEGREE, SplineVolume};
+use trimray::spline::{Axis, ControlLattice, KnotBox, MAX_VOLUME_DEGREE, SplineVolume};
 use trimray::subdivide::{Frame, FrameChoice};
 
 /// Planes per timed batch: enough that a batch (0.1 ms and more) is long beside the clock's step, few enough that
@@ -113,16 +113,21 @@ fn per_patch(degree: [usize; 3], choice: FrameChoice, only_direct: bool) -> Vec<
         })
     };
     let direct = least_batch(|| {
-        for (cell, frame) in &planes {
-            black_box(composer.compose(black_box(&volume), *cell, black_box(frame)));
+        for (knot_box, frame) in &planes {
+            black_box(composer.compose(black_box(&volume), *knot_box, black_box(frame)));
         }
     });
     if only_direct {
         return vec![line("direct", direct)];
     }
     let interpolated = least_batch(|| {
-        for (cell, frame) in &planes {
-            black_box(compose_by_interpolation(black_box(&volume), *cell, black_box(frame), patch_degree));
+        for (knot_box, frame) in &planes {
+            black_box(compose_by_interpolation(
+                black_box(&volume),
+                *knot_box,
+                black_box(frame),
+                patch_degree,
+            ));
         }
     });
     vec![line("direct", direct), line("interpolation", interpolated)]
@@ -191,7 +196,7 @@ impl Noise {
 }
 
 /// Knot box and frame of triangles in general position; a volume of one knot box keeps each whole.
-fn general_planes(volume: &SplineVolume, frame: FrameChoice) -> Vec<(Cell, Frame)> {
+fn general_planes(volume: &SplineVolume, frame: FrameChoice) -> Vec<(KnotBox, Frame)> {
     let mut noise = Noise(1);
     (0..PLANES)
         .map(|_| {
@@ -201,7 +206,7 @@ fn general_planes(volume: &SplineVolume, frame: FrameChoice) -> Vec<(Cell, Frame
             let made = deform_polygons(&polygon, Deformation { volume: Some(volume), frame })
                 .expect("a small triangle in a mild lattice");
             let patch = made.patches.first().expect("the triangle has area and lies in the lattice");
-            (patch.cell().expect("it lies in the lattice"), patch.frame)
+            (patch.knot_box().expect("it lies in the lattice"), patch.frame)
         })
         .collect()
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use crate::patch::{BezierPatch, PatchPoint};
-use crate::spline::{Cell, SplineVolume};
+use crate::spline::{KnotBox, SplineVolume};
 use crate::subdivide::Frame;
 
 use super::choice::{ByValue, Choose, Recorded};
@@ -97,8 +97,8 @@ impl Formula {
         let uv = [0, 1].map(|axis| s.scale(by_s[axis]).add(&t.scale(by_t[axis])).plus(origin[axis]));
         for step in &self.chain.steps[self.done..steps.max(self.done)] {
             point = match step {
-                Step::Volume(volume) => match choose.cell(volume, &point) {
-                    Some(cell) => deformed(volume, cell, &point),
+                Step::Volume(volume) => match choose.knot_box(volume, &point) {
+                    Some(knot_box) => deformed(volume, knot_box, &point),
                     None => point,
                 },
                 Step::Extension(extension) => extension.apply(&point, &uv, choose),
@@ -166,12 +166,16 @@ impl Formula {
     }
 
     /// The knot boxes that a point is in, by step; `None` outside a volume.
-    pub(super) fn knot_boxes(&self, choose: &mut impl Choose<f64>, st: DVec2) -> Vec<(usize, Option<Cell>)> {
-        let mut recorded = Recorded { choose, cells: Vec::new() };
+    pub(super) fn knot_boxes(
+        &self,
+        choose: &mut impl Choose<f64>,
+        st: DVec2,
+    ) -> Vec<(usize, Option<KnotBox>)> {
+        let mut recorded = Recorded { choose, knot_boxes: Vec::new() };
         self.position(st, &mut recorded);
         let steps = (self.done..).zip(&self.chain.steps[self.done..]);
         let volumes = steps.filter(|(_, step)| matches!(step, Step::Volume(_))).map(|(step, _)| step);
-        volumes.zip(recorded.cells).collect()
+        volumes.zip(recorded.knot_boxes).collect()
     }
 
     /// How many steps there are.

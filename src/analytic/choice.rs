@@ -9,7 +9,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use crate::patch::Overlap;
-use crate::spline::{Cell, KnotVector, SplineVolume};
+use crate::spline::{KnotBox, KnotVector, SplineVolume};
 
 use super::disc::Disc;
 use super::jet::{Jet, Point};
@@ -24,7 +24,7 @@ pub(super) type Choice = u32;
 /// Answers which piece is meant.
 pub(super) trait Choose<T> {
     /// The knot box of a place; `None` outside the lattice.
-    fn cell<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<T, N>) -> Option<Cell>;
+    fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<T, N>) -> Option<KnotBox>;
 
     /// Whether x >= 0.
     fn is_positive<const N: usize>(&mut self, x: &Jet<T, N>) -> bool;
@@ -44,13 +44,13 @@ pub(super) trait Choose<T> {
     }
 }
 
-fn number(volume: &SplineVolume, cell: Option<Cell>) -> Choice {
+fn number(volume: &SplineVolume, knot_box: Option<KnotBox>) -> Choice {
     let [_, ny, nz] = [0, 1, 2].map(|axis| volume.axes()[axis].intervals());
-    let flat = cell.map_or(0, |[i, j, k]| 1 + (i * ny + j) * nz + k);
+    let flat = knot_box.map_or(0, |[i, j, k]| 1 + (i * ny + j) * nz + k);
     Choice::try_from(flat).expect("fewer than 2^32 knot boxes fit in memory")
 }
 
-fn cell(volume: &SplineVolume, choice: Choice) -> Option<Cell> {
+fn knot_box(volume: &SplineVolume, choice: Choice) -> Option<KnotBox> {
     let [_, ny, nz] = [0, 1, 2].map(|axis| volume.axes()[axis].intervals());
     let flat = (choice as usize).checked_sub(1)?;
     Some([flat / (ny * nz), flat / nz % ny, flat % nz])
@@ -77,13 +77,13 @@ fn interval(knots: &KnotVector, index: usize, border: f64) -> [f64; 2] {
 pub(super) struct ByValue;
 
 impl Choose<f64> for ByValue {
-    fn cell<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<f64, N>) -> Option<Cell> {
+    fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<f64, N>) -> Option<KnotBox> {
         let [low, high] = volume.bounds();
         let place = DVec3::from_array(place.each_ref().map(Jet::value));
         let inside = place.clamp(low, high);
         // so written, NaN is outside
         let is_near = (place - inside).abs().cmple(DVec3::splat(border(volume))).all();
-        if is_near { volume.cell(inside) } else { None }
+        if is_near { volume.knot_box(inside) } else { None }
     }
 
     fn is_positive<const N: usize>(&mut self, x: &Jet<f64, N>) -> bool {
@@ -113,8 +113,8 @@ impl Listed<'_> {
 }
 
 impl<T> Choose<T> for Listed<'_> {
-    fn cell<const N: usize>(&mut self, volume: &SplineVolume, _place: &Point<T, N>) -> Option<Cell> {
-        cell(volume, self.next())
+    fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, _place: &Point<T, N>) -> Option<KnotBox> {
+        knot_box(volume, self.next())
     }
 
     fn is_positive<const N: usize>(&mut self, _x: &Jet<T, N>) -> bool {
@@ -141,14 +141,14 @@ impl<T> Choose<T> for Listed<'_> {
 #[derive(Debug)]
 pub(super) struct Recorded<'a, C> {
     pub(super) choose: &'a mut C,
-    pub(super) cells: Vec<Option<Cell>>,
+    pub(super) knot_boxes: Vec<Option<KnotBox>>,
 }
 
 impl<T, C: Choose<T>> Choose<T> for Recorded<'_, C> {
-    fn cell<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<T, N>) -> Option<Cell> {
-        let cell = self.choose.cell(volume, place);
-        self.cells.push(cell);
-        cell
+    fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<T, N>) -> Option<KnotBox> {
+        let knot_box = self.choose.knot_box(volume, place);
+        self.knot_boxes.push(knot_box);
+        knot_box
     }
 
     fn is_positive<const N: usize>(&mut self, x: &Jet<T, N>) -> bool {
@@ -189,14 +189,15 @@ fn depth<const N: usize>(x: &Jet<f64, N>, [low, high]: [f64; 2]) -> f64 {
 }
 
 impl Choose<f64> for Margins<'_> {
-    fn cell<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<f64, N>) -> Option<Cell> {
-        let chosen = cell(volume, self.listed.next());
+    fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<f64, N>) -> Option<KnotBox> {
+        let chosen = knot_box(volume, self.listed.next());
         if self.is_open() {
             let border = border(volume);
             match chosen {
-                Some(cell) => {
+                Some(knot_box) => {
                     for axis in 0..3 {
-                        let depth = depth(&place[axis], interval(&volume.axes()[axis], cell[axis], border));
+                        let depth =
+                            depth(&place[axis], interval(&volume.axes()[axis], knot_box[axis], border));
                         // so written, NaN is outside
                         self.inside &= depth + self.slack(&place[axis]) >= 0.0;
                         self.strictly &= depth >= 0.0;
@@ -286,7 +287,7 @@ impl Possible {
 }
 
 impl Choose<Disc> for Possible {
-    fn cell<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<Disc, N>) -> Option<Cell> {
+    fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<Disc, N>) -> Option<KnotBox> {
         let chosen = self.answer(true, || {
             let ranges: [_; 3] =
                 std::array::from_fn(|axis| range(&volume.axes()[axis], border(volume), place[axis].value()));
@@ -306,7 +307,7 @@ impl Choose<Disc> for Possible {
             }
             all
         });
-        cell(volume, chosen)
+        knot_box(volume, chosen)
     }
 
     fn is_positive<const N: usize>(&mut self, x: &Jet<Disc, N>) -> bool {

@@ -14,7 +14,7 @@ use thiserror::Error;
 
 use crate::math::polygon;
 use crate::patch::{BezierPatch, Overlap, TrimBuilder, TrimLoop, TrimRegion, TrimmedPatch};
-use crate::spline::SplineVolume;
+use crate::spline::{KnotBox, SplineVolume};
 
 use super::cell::{Cell, overlap, rectangle};
 use super::chain::{Chain, Formula, Step};
@@ -110,16 +110,13 @@ impl Default for CoverSettings {
     }
 }
 
-/// A knot box of a volume; `None` outside it.
-pub type KnotBox = Option<crate::spline::Cell>;
-
 /// Patches of a deformed surface.
 #[derive(Clone, Debug, Default)]
 pub struct Covered {
     /// In the order of the base patches.
     pub patches: Vec<TrimmedPatch>,
-    /// Where parts of the surface are: steps with the knot boxes of their volumes.
-    pub knot_boxes: BTreeSet<(usize, KnotBox)>,
+    /// Where parts of the surface are: steps with the knot boxes of their volumes; `None` outside a volume.
+    pub knot_boxes: BTreeSet<(usize, Option<KnotBox>)>,
 }
 
 /// Makes cells, or patches where degrees allow, of base patches that go through a chain of deformations.
@@ -196,8 +193,8 @@ fn cover_patch(
     let mut done = 0;
     while let Some(Step::Volume(volume)) = chain.steps().get(done) {
         let composed = if settings.composes { composed(&base.patch, volume) } else { None };
-        let Some((patch, cell)) = composed else { break };
-        knot_boxes.insert((done, Some(cell)));
+        let Some((patch, knot_box)) = composed else { break };
+        knot_boxes.insert((done, Some(knot_box)));
         let boundary_error = base.boundary_error * volume.lipschitz_bound();
         base = base.replaced(base.frame, patch, base.trim.clone(), (boundary_error, None));
         done += 1;
@@ -222,16 +219,16 @@ fn cover_patch(
 
 /// A patch in one knot box, composed with the volume's piece, if the degrees are modest: its degrees times the sum of the
 /// volume's.
-fn composed(patch: &BezierPatch, volume: &SplineVolume) -> Option<(BezierPatch, crate::spline::Cell)> {
+fn composed(patch: &BezierPatch, volume: &SplineVolume) -> Option<(BezierPatch, KnotBox)> {
     let total: usize = volume.degree().iter().sum();
     let degree = patch.degree().map(|degree| degree * total);
     if degree.iter().any(|&degree| degree > MAX_COMPOSED_DEGREE) {
         return None;
     }
     let [low, high] = patch.hull_bounds();
-    let cell = volume.cell(low)?;
+    let knot_box = volume.knot_box(low)?;
     for axis in 0..3 {
-        let ends = &volume.axes()[axis].breakpoints()[cell[axis]..];
+        let ends = &volume.axes()[axis].breakpoints()[knot_box[axis]..];
         if !(low[axis] >= ends[0] && high[axis] <= ends[1]) {
             return None;
         }
@@ -240,13 +237,13 @@ fn composed(patch: &BezierPatch, volume: &SplineVolume) -> Option<(BezierPatch, 
     let power = i32::try_from(total).ok()?;
     let Interpolant { mut control_points, .. } = interpolate(degree, |st| {
         let (point, weight) = patch.homogeneous(st);
-        volume.homogeneous_in_cell(cell, point) * weight.powi(power)
+        volume.homogeneous_in_knot_box(knot_box, point) * weight.powi(power)
     });
     if !rational {
         control_points.iter_mut().for_each(|point| point.w = 1.0);
     }
     let made = BezierPatch::new(degree, control_points);
-    (made.has_positive_weights() && made.is_finite()).then_some((made, cell))
+    (made.has_positive_weights() && made.is_finite()).then_some((made, knot_box))
 }
 
 /// A base patch being covered.
@@ -256,7 +253,7 @@ struct Cover {
     boundary_error: f64,
     size: f64,
     cells: Vec<TrimmedPatch>,
-    knot_boxes: BTreeSet<(usize, KnotBox)>,
+    knot_boxes: BTreeSet<(usize, Option<KnotBox>)>,
 }
 
 /// Degrees of a cell's patch, and the bound of its distance from the piece; or which side needs halving.

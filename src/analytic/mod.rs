@@ -22,6 +22,6 @@ mod tests;
 
 pub use chain::{Chain, MAX_FIELDS, Step};
 pub use check::warnings;
-pub use cover::{CoverError, CoverSettings, Covered, KnotBox, cover};
+pub use cover::{CoverError, CoverSettings, Covered, cover};
 pub use expression::{Expression, ExpressionError};
 pub use extension::{Extension, ExtensionMode, Field, Region};

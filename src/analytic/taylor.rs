@@ -4,7 +4,7 @@ use glam::{DMat3, DVec2, DVec3, DVec4};
 
 use crate::math::bernstein::{MAX_ORDER, binomial};
 use crate::patch::BezierPatch;
-use crate::spline::{Cell, SplineVolume};
+use crate::spline::{KnotBox, SplineVolume};
 
 use super::jet::{Jet, Point, order_of};
 use super::number::{Number, SIZES};
@@ -70,16 +70,16 @@ impl Expansion {
     }
 
     /// Of a knot box' piece, in its three coordinates, up to a power of each.
-    fn of_volume(volume: &SplineVolume, cell: Cell, place: DVec3, most: usize) -> Self {
+    fn of_volume(volume: &SplineVolume, knot_box: KnotBox, place: DVec3, most: usize) -> Self {
         let degree = volume.degree();
         let powers = degree.map(|degree| degree.min(most));
         // basis functions, by number and power
         let along: [_; 3] = std::array::from_fn(|axis| {
             let knots = &volume.axes()[axis];
-            let ends = &knots.breakpoints()[cell[axis]..];
+            let ends = &knots.breakpoints()[knot_box[axis]..];
             let size = ends[1] - ends[0];
             let products = products(degree[axis], (place[axis] - ends[0]) / size, powers[axis]);
-            let rows = knots.bernstein_rows(cell[axis]);
+            let rows = knots.bernstein_rows(knot_box[axis]);
             let mut basis = [[0.0; 5]; 5];
             for (row, product) in rows.iter().zip(products).take(degree[axis] + 1) {
                 let mut scale = 1.0;
@@ -99,7 +99,7 @@ impl Expansion {
             for j in 0..=degree[1] {
                 let mut line = [DVec4::ZERO; 5];
                 for (k, along_z) in along[2].iter().enumerate().take(degree[2] + 1) {
-                    let point = volume.homogeneous(cell[0] + i, cell[1] + j, cell[2] + k);
+                    let point = volume.homogeneous(knot_box[0] + i, knot_box[1] + j, knot_box[2] + k);
                     for (sum, &factor) in line.iter_mut().zip(along_z).take(nz) {
                         *sum += factor * point;
                     }
@@ -260,18 +260,18 @@ pub(super) fn on_patch<T: Number, const N: usize>(patch: &BezierPatch, st: &[Jet
 /// The piece of a volume over a knot box, at a place.
 pub(super) fn deformed<T: Number, const N: usize>(
     volume: &SplineVolume,
-    cell: Cell,
+    knot_box: KnotBox,
     place: &Point<T, N>,
 ) -> Point<T, N> {
     let at = DVec3::from_array(place.each_ref().map(|coordinate| coordinate.value().centre()));
     if is_linear::<T, N>() {
         if N == 1 {
-            let point = volume.homogeneous_in_cell(cell, at);
+            let point = volume.homogeneous_in_knot_box(knot_box, at);
             return (point.truncate() / point.w).to_array().map(|x| Jet::of(T::of(x)));
         }
-        let point = volume.eval_in_cell(cell, at);
+        let point = volume.eval_in_knot_box(knot_box, at);
         let DMat3 { x_axis, y_axis, z_axis } = point.jacobian;
         return linear(point.position, [x_axis, y_axis, z_axis], place);
     }
-    Expansion::of_volume(volume, cell, at, most_powers::<T, N>()).at(place)
+    Expansion::of_volume(volume, knot_box, at, most_powers::<T, N>()).at(place)
 }

@@ -159,7 +159,8 @@ fn object_info(built: &BuiltScene, object: usize, description: &ObjectDescriptio
 /// Whether the volume is proved to be locally one to one in all knot boxes that hold a piece of the object, and in how
 /// many of them it folds over.
 fn folds(built: &BuiltLattice) -> (bool, usize) {
-    let found: Vec<_> = built.knot_boxes.iter().map(|&cell| orientation(&built.volume, cell)).collect();
+    let found: Vec<_> =
+        built.knot_boxes.iter().map(|&knot_box| orientation(&built.volume, knot_box)).collect();
     let injective = found.iter().all(|&orientation| orientation == Orientation::Positive);
     let fold_overs = found.iter().filter(|&&orientation| orientation == Orientation::FoldsOver).count();
     (injective, fold_overs)

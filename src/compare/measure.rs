@@ -259,8 +259,8 @@ fn rounding(built: &BuiltScene, index: usize) -> Deviation {
                     let place = |rest: DVec3| {
                         let mut volumes = volumes.iter().map(|lattice| &lattice.volume);
                         let Some(first) = volumes.next() else { return rest };
-                        let moved = match patch.cell() {
-                            Some(cell) => first.eval_in_cell(cell, rest).position,
+                        let moved = match patch.knot_box() {
+                            Some(knot_box) => first.eval_in_knot_box(knot_box, rest).position,
                             None => rest,
                         };
                         volumes.fold(moved, |p, volume| volume.eval(p).map_or(p, |point| point.position))

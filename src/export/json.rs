@@ -95,7 +95,7 @@ fn volume(volume: &SplineVolume) -> Volume {
 fn patch(trimmed: &TrimmedPatch) -> Patch {
     let frame = &trimmed.frame;
     Patch {
-        cell: trimmed.cell(),
+        cell: trimmed.knot_box(),
         degree: trimmed.patch.degree(),
         control_points: trimmed
             .patch

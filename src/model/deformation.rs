@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::attributes::plane_corners;
 use super::bounds::tight_bounds;
 use super::deformer::{DragReport, EditedLattice, edited_lattice};
-use crate::analytic::{Chain, CoverSettings, Covered, KnotBox, Step, cover};
+use crate::analytic::{Chain, CoverSettings, Covered, Step, cover};
 use crate::mesh::PolygonSet;
 use crate::patch::{BuildTimes, Deformation, PlanarPolygon, TrimmedPatch, deform_polygons};
 use crate::scene::{
@@ -17,7 +17,7 @@ use crate::scene::{
     SceneDescription,
 };
 use crate::shade::Camera;
-use crate::spline::{ControlLattice, SplineVolume};
+use crate::spline::{ControlLattice, KnotBox, SplineVolume};
 use crate::subdivide::{Frame, FrameChoice};
 use crate::surface::SplineSurface;
 use crate::trace::{Geometry, NoAttributes, TracedObject, TracedScene};
@@ -43,7 +43,7 @@ pub struct BuiltLattice {
     /// What drags did to it.
     pub drags: Vec<DragReport>,
     /// The knot boxes that hold a part of the object.
-    pub knot_boxes: BTreeSet<crate::spline::Cell>,
+    pub knot_boxes: BTreeSet<KnotBox>,
 }
 
 /// An object after its deformations.
@@ -73,7 +73,7 @@ pub(crate) struct Shaped {
     pub(crate) subpolygons: usize,
     pub(crate) times: BuildTimes,
     /// By step.
-    pub(crate) knot_boxes: BTreeSet<(usize, KnotBox)>,
+    pub(crate) knot_boxes: BTreeSet<(usize, Option<KnotBox>)>,
 }
 
 /// A message about a step.
@@ -156,7 +156,7 @@ impl Deforming<'_> {
         let mut shaped = self.first_step(steps)?;
         let done = usize::from(matches!((self.is_flat(), steps.first()), (true, Some(Step::Volume(_)))));
         for patch in shaped.patches.iter().filter(|_| done == 1) {
-            shaped.knot_boxes.insert((0, patch.cell()));
+            shaped.knot_boxes.insert((0, patch.knot_box()));
         }
         if done == 1 {
             self.check_outside(0, &shaped)?;
@@ -243,7 +243,7 @@ impl Deforming<'_> {
             let message = format!("parts of it are not in the lattice's box; {advice}");
             return Err(StepFault { step: Some(step), message });
         }
-        let outside = shaped.patches.iter().filter(|patch| patch.cell().is_none());
+        let outside = shaped.patches.iter().filter(|patch| patch.knot_box().is_none());
         let faces: BTreeSet<u32> =
             outside.flat_map(|patch| patch.trim.loops().iter().map(|trim_loop| trim_loop.face)).collect();
         let named: Vec<_> = faces.iter().take(8).map(u32::to_string).collect();

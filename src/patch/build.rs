@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::math::bounds;
 use crate::math::polygon::{self, Side};
-use crate::spline::{Cell, SplineVolume};
+use crate::spline::{KnotBox, SplineVolume};
 use crate::subdivide::{
     Frame, FrameChoice, FramedPlane, Group, Pieces, cut_at_knot_planes, frame_group, group_coplanar,
 };
@@ -45,8 +45,8 @@ pub struct Deformation<'a> {
 /// A Bézier patch with the part of it that is surface.
 #[derive(Clone, Debug)]
 pub struct TrimmedPatch {
-    /// See [`Self::cell`].
-    pub(super) cell: Option<[u32; 3]>,
+    /// See [`Self::knot_box`].
+    pub(super) knot_box: Option<[u32; 3]>,
     /// From the patch's unit square to the undeformed plane.
     pub frame: Frame,
     /// The surface.
@@ -63,7 +63,7 @@ pub struct TrimmedPatch {
 impl PartialEq for TrimmedPatch {
     fn eq(&self, other: &Self) -> bool {
         let exact = |patch: &Self| patch.exact.as_ref().map(Arc::as_ptr).map(|exact| exact.cast::<()>());
-        self.cell == other.cell
+        self.knot_box == other.knot_box
             && self.frame == other.frame
             && self.patch == other.patch
             && self.trim == other.trim
@@ -82,7 +82,7 @@ impl TrimmedPatch {
 
     /// A patch of no knot box.
     pub(super) const fn undeformed(frame: Frame, patch: BezierPatch, trim: TrimRegion) -> Self {
-        Self { cell: None, frame, patch, trim, boundary_error: 0.0, exact: None }
+        Self { knot_box: None, frame, patch, trim, boundary_error: 0.0, exact: None }
     }
 
     /// A part of this one's place in the knot box and the object, with a surface of its own.
@@ -93,7 +93,7 @@ impl TrimmedPatch {
         trim: TrimRegion,
         (boundary_error, exact): (f64, Option<Arc<dyn ExactSurface>>),
     ) -> Self {
-        Self { cell: self.cell, frame, patch, trim, boundary_error, exact }
+        Self { knot_box: self.knot_box, frame, patch, trim, boundary_error, exact }
     }
 
     /// Point and partial derivatives of the surface.
@@ -132,8 +132,8 @@ impl TrimmedPatch {
     }
 
     /// The knot box it is the image of; `None` outside the lattice, where the surface is undeformed.
-    pub fn cell(&self) -> Option<Cell> {
-        self.cell.map(|cell| cell.map(|interval| interval as usize))
+    pub fn knot_box(&self) -> Option<KnotBox> {
+        self.knot_box.map(|knot_box| knot_box.map(|interval| interval as usize))
     }
 
     /// Memory in bytes.
@@ -275,15 +275,15 @@ impl Builder<'_> {
         }
         let boundary_error = off_plane * self.lipschitz;
         let trim = self.trim.finish();
-        self.add_patch(group.cell, framed.frame, trim, boundary_error, 0)
+        self.add_patch(group.knot_box, framed.frame, trim, boundary_error, 0)
     }
 
     fn frame(&self, group: &Group) -> Option<FramedPlane> {
-        let (degree, size) = match (group.cell, self.deformation.volume) {
-            (Some(cell), Some(volume)) => {
+        let (degree, size) = match (group.knot_box, self.deformation.volume) {
+            (Some(knot_box), Some(volume)) => {
                 let size = |axis: usize| {
                     let breakpoints = volume.axes()[axis].breakpoints();
-                    breakpoints[cell[axis] + 1] - breakpoints[cell[axis]]
+                    breakpoints[knot_box[axis] + 1] - breakpoints[knot_box[axis]]
                 };
                 (volume.degree(), DVec3::new(size(0), size(1), size(2)))
             }
@@ -296,14 +296,14 @@ impl Builder<'_> {
     /// Composes the patch over a frame; halves the frame while weights are not positive.
     fn add_patch(
         &mut self,
-        cell: Option<Cell>,
+        knot_box: Option<KnotBox>,
         frame: Frame,
         trim: TrimRegion,
         boundary_error: f64,
         halvings: usize,
     ) -> Result<(), BuildError> {
-        let patch = match (cell, self.deformation.volume) {
-            (Some(cell), Some(volume)) => self.composer.compose(volume, cell, &frame),
+        let patch = match (knot_box, self.deformation.volume) {
+            (Some(knot_box), Some(volume)) => self.composer.compose(volume, knot_box, &frame),
             _ => flat_patch(&frame),
         };
         let face = trim.loops()[0].face;
@@ -311,8 +311,8 @@ impl Builder<'_> {
             return Err(BuildError::NotFinite { face });
         }
         if patch.has_positive_weights() {
-            let cell = cell.map(short_cell);
-            self.patches.push(TrimmedPatch { cell, frame, patch, trim, boundary_error, exact: None });
+            let knot_box = knot_box.map(short_knot_box);
+            self.patches.push(TrimmedPatch { knot_box, frame, patch, trim, boundary_error, exact: None });
             return Ok(());
         }
         if halvings == MAX_HALVINGS {
@@ -320,7 +320,7 @@ impl Builder<'_> {
         }
         for side in [Side::Below, Side::Above] {
             if let Some(([low, high], trim)) = half(&trim, halvings % 2, side) {
-                self.add_patch(cell, frame.restricted(low, high), trim, boundary_error, halvings + 1)?;
+                self.add_patch(knot_box, frame.restricted(low, high), trim, boundary_error, halvings + 1)?;
             }
         }
         Ok(())
@@ -328,8 +328,8 @@ impl Builder<'_> {
 }
 
 /// A knot box as patches keep it.
-pub(super) fn short_cell(cell: Cell) -> [u32; 3] {
-    cell.map(|interval| u32::try_from(interval).expect("fewer than 2^32 knots fit in memory"))
+pub(super) fn short_knot_box(knot_box: KnotBox) -> [u32; 3] {
+    knot_box.map(|interval| u32::try_from(interval).expect("fewer than 2^32 knots fit in memory"))
 }
 
 /// The half of a trim on one side of the square's middle: its bounding rectangle, and the trim in parameters of that;
@@ -411,8 +411,8 @@ mod tests {
                 let weights: Vec<f64> = corners.iter().map(|_| noise.next() + 0.5).collect();
                 let sum: f64 = weights.iter().sum();
                 let st: DVec2 = corners.iter().zip(&weights).map(|(&c, w)| c * (w / sum)).sum();
-                let cell = patch.cell().unwrap();
-                let want = volume.eval_in_cell(cell, patch.frame.point(st));
+                let knot_box = patch.knot_box().unwrap();
+                let want = volume.eval_in_knot_box(knot_box, patch.frame.point(st));
                 let got = patch.patch.eval(st);
                 worst = worst.max((got.position - want.position).length());
             }
@@ -434,8 +434,9 @@ mod tests {
                 )
                 .unwrap();
                 for patch in &made.patches {
-                    let cell = patch.cell().unwrap();
-                    let other = compose_by_interpolation(&volume, cell, &patch.frame, patch.patch.degree());
+                    let knot_box = patch.knot_box().unwrap();
+                    let other =
+                        compose_by_interpolation(&volume, knot_box, &patch.frame, patch.patch.degree());
                     let size = patch.patch.control_points().map(|p| p.length()).fold(1.0, f64::max);
                     for step in 0..=20 {
                         let st = DVec2::new(f64::from(step) / 20.0, f64::from(step * 7 % 21) / 20.0);

@@ -8,7 +8,7 @@ use glam::{DVec3, DVec4};
 
 use crate::math::bernstein::inverse_binomial;
 use crate::spline::{
-    BernsteinRows, Cell, KnotVector, LocalBasis, MAX_VOLUME_DEGREE, MAX_VOLUME_ORDER, SplineVolume,
+    BernsteinRows, KnotBox, KnotVector, LocalBasis, MAX_VOLUME_DEGREE, MAX_VOLUME_ORDER, SplineVolume,
 };
 use crate::subdivide::Frame;
 
@@ -36,24 +36,24 @@ pub struct Composer {
 }
 
 impl Composer {
-    /// The patch `(s, t) -> volume piece of the cell at frame.point(s, t)`.
+    /// The patch `(s, t) -> volume piece of the knot box at frame.point(s, t)`.
     ///
     /// Its degrees are the sums of the volume's degrees over the axes that change along the frame's directions
     /// (zeros in `frame.s` and `frame.t` must be exact). Each axis' basis functions are Bernstein polynomials of
     /// a = (x - start) / (end - start) over the knot box, x = c + p s + q t; with a as a polynomial of degree (1, 1) in
     /// scaled Bernstein form (coefficients times binomials) their powers are plain convolutions. The three axes'
-    /// factors are multiplied in the same form and summed over the cell's control points, one axis after the other.
+    /// factors are multiplied in the same form and summed over the knot box's control points, one axis after the other.
     ///
     /// # Panics
-    /// If the volume has no such cell.
-    pub fn compose(&mut self, volume: &SplineVolume, cell: Cell, frame: &Frame) -> BezierPatch {
+    /// If the volume has no such knot box.
+    pub fn compose(&mut self, volume: &SplineVolume, knot_box: KnotBox, frame: &Frame) -> BezierPatch {
         let axes = volume.axes();
         for axis in 0..3 {
-            let line = AxisLine::new(&axes[axis], cell[axis], axis, frame);
-            self.factors[axis].set(&axes[axis], cell[axis], line);
+            let line = AxisLine::new(&axes[axis], knot_box[axis], axis, frame);
+            self.factors[axis].set(&axes[axis], knot_box[axis], line);
         }
         let order = axis_order(&self.factors);
-        self.load(volume, cell, order);
+        self.load(volume, knot_box, order);
         let mut degree = [0, 0];
         for axis in order {
             degree = self.contract(axis, axes[axis].degree(), degree);
@@ -67,17 +67,17 @@ impl Composer {
         }
     }
 
-    /// Copies the cell's control points, the last axis of `order` fastest.
-    fn load(&mut self, volume: &SplineVolume, cell: Cell, order: [usize; 3]) {
+    /// Copies the knot box's control points, the last axis of `order` fastest.
+    fn load(&mut self, volume: &SplineVolume, knot_box: KnotBox, order: [usize; 3]) {
         let degree = volume.degree();
         self.from.clear();
         let mut index = [0; 3];
         for a in 0..=degree[order[0]] {
-            index[order[0]] = cell[order[0]] + a;
+            index[order[0]] = knot_box[order[0]] + a;
             for b in 0..=degree[order[1]] {
-                index[order[1]] = cell[order[1]] + b;
+                index[order[1]] = knot_box[order[1]] + b;
                 for c in 0..=degree[order[2]] {
-                    index[order[2]] = cell[order[2]] + c;
+                    index[order[2]] = knot_box[order[2]] + c;
                     self.from.push(volume.homogeneous(index[0], index[1], index[2]));
                 }
             }

@@ -5,7 +5,7 @@
 use glam::{DVec2, DVec4};
 
 use crate::math::bernstein::{MAX_ORDER, basis};
-use crate::spline::{Cell, SplineVolume};
+use crate::spline::{KnotBox, SplineVolume};
 use crate::subdivide::Frame;
 
 use super::bezier_patch::BezierPatch;
@@ -18,10 +18,10 @@ use super::bezier_patch::BezierPatch;
 /// Source: Feng, Nishita, Jin, Peng (2002), section 3.4.2, Eqs. (3) and (4).
 ///
 /// # Panics
-/// If a degree is not in 1..=12 or the volume has no such cell.
+/// If a degree is not in 1..=12 or the volume has no such knot box.
 pub fn compose_by_interpolation(
     volume: &SplineVolume,
-    cell: Cell,
+    knot_box: KnotBox,
     frame: &Frame,
     degree: [usize; 2],
 ) -> BezierPatch {
@@ -30,7 +30,9 @@ pub fn compose_by_interpolation(
     let mut net: Vec<DVec4> = Vec::with_capacity((m + 1) * (n + 1));
     for i in 0..=m {
         for j in 0..=n {
-            net.push(volume.homogeneous_in_cell(cell, frame.point(DVec2::new(node(i, m), node(j, n)))));
+            net.push(
+                volume.homogeneous_in_knot_box(knot_box, frame.point(DVec2::new(node(i, m), node(j, n)))),
+            );
         }
     }
     let mut column = vec![DVec4::ZERO; m + 1];

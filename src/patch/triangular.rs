@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec3, DVec4};
 
 use crate::math::bernstein::{MAX_DEGREE, binomial, inverse_binomial};
-use crate::spline::{Cell, SplineVolume};
+use crate::spline::{KnotBox, SplineVolume};
 
 use super::bezier_patch::{BezierPatch, POLYNOMIAL, PatchPoint, RATIONAL, from_homogeneous};
 
@@ -37,15 +37,15 @@ impl TriangularPatch {
     /// as in Feng, Nishita, Jin, Peng (2002) the B-spline volume itself is evaluated, not Bézier volumes made of it.
     ///
     /// # Panics
-    /// If the volume has no such cell.
-    pub fn composed(volume: &SplineVolume, cell: Cell, corners: &[DVec3; 3]) -> Self {
+    /// If the volume has no such knot box.
+    pub fn composed(volume: &SplineVolume, knot_box: KnotBox, corners: &[DVec3; 3]) -> Self {
         let degree = volume.degree().iter().sum();
         let inverse = Inverse::of_degree(degree);
         let [a, s, t] = [corners[0], corners[1] - corners[0], corners[2] - corners[0]];
         let mut samples = [DVec4::ZERO; MAX_POINTS];
         let samples = &mut samples[..point_count(degree)];
         for (sample, st) in samples.iter_mut().zip(&inverse.nodes) {
-            *sample = volume.homogeneous_in_cell(cell, a + st.x * s + st.y * t);
+            *sample = volume.homogeneous_in_knot_box(knot_box, a + st.x * s + st.y * t);
         }
         // rows of the inverse sum to 1, so what the samples have in common needs not suffer its rounding
         let common = samples[0];
@@ -323,7 +323,7 @@ mod tests {
                         let st = random_place(&mut noise);
                         let [s, t] = [corners[1] - corners[0], corners[2] - corners[0]];
                         let place = corners[0] + st.x * s + st.y * t;
-                        let want = volume.eval_in_cell([0; 3], place);
+                        let want = volume.eval_in_knot_box([0; 3], place);
                         for got in [patch.eval(st), converted.eval(st)] {
                             let off = (got.position - want.position).length();
                             assert!(off <= bound, "{degree:?} rational {rational}: {off:e}");

@@ -5,11 +5,11 @@ use std::time::Instant;
 use glam::{DVec2, DVec3};
 
 use crate::math::polygon::Side;
-use crate::spline::{Cell, SplineVolume};
+use crate::spline::{KnotBox, SplineVolume};
 use crate::subdivide::{Frame, cut_into_triangles};
 
 use super::bezier_patch::BezierPatch;
-use super::build::{BuildError, BuildTimes, MAX_HALVINGS, PlanarPolygon, TrimmedPatch, half, short_cell};
+use super::build::{BuildError, BuildTimes, MAX_HALVINGS, PlanarPolygon, TrimmedPatch, half, short_knot_box};
 use super::triangular::TriangularPatch;
 use super::trim::{TrimBuilder, TrimRegion};
 
@@ -22,13 +22,13 @@ pub struct TriangularPiece {
     pub corners: [DVec3; 3],
     /// The surface.
     pub patch: TriangularPatch,
-    cell: Option<[u32; 3]>,
+    knot_box: Option<[u32; 3]>,
 }
 
 impl TriangularPiece {
     /// The knot box it is the image of; `None` outside the lattice, where the surface is undeformed.
-    pub fn cell(&self) -> Option<Cell> {
-        self.cell.map(|cell| cell.map(|interval| interval as usize))
+    pub fn knot_box(&self) -> Option<KnotBox> {
+        self.knot_box.map(|knot_box| knot_box.map(|interval| interval as usize))
     }
 }
 
@@ -66,15 +66,15 @@ pub fn deform_triangles(
         let piece = cut.piece(index);
         let &[a, b, c] = cut.corners(index) else { continue };
         let corners = obtuse_first([a, b, c]);
-        let patch = match (piece.cell, volume) {
-            (Some(cell), Some(volume)) => TriangularPatch::composed(volume, cell, &corners),
+        let patch = match (piece.knot_box, volume) {
+            (Some(knot_box), Some(volume)) => TriangularPatch::composed(volume, knot_box, &corners),
             _ => TriangularPatch::flat(&corners),
         };
         if !patch.is_finite() {
             return Err(BuildError::NotFinite { face: polygons[piece.polygon as usize].face });
         }
-        let cell = piece.cell.map(short_cell);
-        pieces.push(TriangularPiece { polygon: piece.polygon, corners, patch, cell });
+        let knot_box = piece.knot_box.map(short_knot_box);
+        pieces.push(TriangularPiece { polygon: piece.polygon, corners, patch, knot_box });
     }
     Ok(DeformedTriangles { pieces, times: BuildTimes { subdivide, compose: started.elapsed() } })
 }
@@ -127,7 +127,7 @@ impl DeformedTriangles {
             let face = polygons[piece.polygon as usize].face;
             trim.push(piece.polygon, face, [DVec2::ZERO, DVec2::X, DVec2::Y]);
             let part = Part {
-                cell: piece.cell,
+                knot_box: piece.knot_box,
                 frame,
                 patch: piece.patch.to_tensor_product(),
                 boundary_error: off_plane + rounding(&piece.patch, least_weight),
@@ -151,7 +151,7 @@ fn rounding(patch: &TriangularPatch, least_weight: f64) -> f64 {
 
 /// A tensor-product patch on the parallelogram of a triangle, or a part of it, that is not known to have positive weights.
 struct Part {
-    cell: Option<[u32; 3]>,
+    knot_box: Option<[u32; 3]>,
     frame: Frame,
     patch: BezierPatch,
     boundary_error: f64,
@@ -161,13 +161,13 @@ struct Part {
 impl Part {
     /// Adds it to the patches, in halves while weights are not positive.
     fn add_to(self, patches: &mut Vec<TrimmedPatch>, halvings: usize) -> Result<(), BuildError> {
-        let Self { cell, frame, patch, boundary_error, trim } = self;
+        let Self { knot_box, frame, patch, boundary_error, trim } = self;
         let face = trim.loops()[0].face;
         if !patch.is_finite() {
             return Err(BuildError::NotFinite { face });
         }
         if patch.has_positive_weights() {
-            patches.push(TrimmedPatch { cell, frame, patch, trim, boundary_error, exact: None });
+            patches.push(TrimmedPatch { knot_box, frame, patch, trim, boundary_error, exact: None });
             return Ok(());
         }
         if halvings == MAX_HALVINGS {
@@ -176,7 +176,7 @@ impl Part {
         for side in [Side::Below, Side::Above] {
             if let Some(([low, high], trim)) = half(&trim, halvings % 2, side) {
                 let (frame, patch) = (frame.restricted(low, high), patch.subpatch(low, high));
-                Self { cell, frame, patch, boundary_error, trim }.add_to(patches, halvings + 1)?;
+                Self { knot_box, frame, patch, boundary_error, trim }.add_to(patches, halvings + 1)?;
             }
         }
         Ok(())
@@ -212,7 +212,7 @@ mod tests {
         let polygons = polygons(&triangles);
         let made = deform_triangles(&polygons, None).unwrap();
         assert_eq!((made.pieces.len(), made.control_points()), (12, 36));
-        assert!(made.trimmed_patches(&polygons, None).unwrap().iter().all(|p| p.cell().is_none()));
+        assert!(made.trimmed_patches(&polygons, None).unwrap().iter().all(|p| p.knot_box().is_none()));
     }
 
     #[test]

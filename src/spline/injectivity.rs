@@ -7,7 +7,7 @@ use glam::{DVec3, DVec4};
 use crate::math::bernstein;
 
 use super::knot_vector::MAX_VOLUME_ORDER;
-use super::volume::{Cell, SplineVolume};
+use super::volume::{KnotBox, SplineVolume};
 
 /// Sub-boxes examined for one knot box before the question is left open.
 ///
@@ -33,8 +33,8 @@ pub enum Orientation {
 ///
 /// # Panics
 /// If the volume has no such knot box.
-pub fn orientation(volume: &SplineVolume, cell: Cell) -> Orientation {
-    let mut queue = VecDeque::from([bezier_form(volume, cell)]);
+pub fn orientation(volume: &SplineVolume, knot_box: KnotBox) -> Orientation {
+    let mut queue = VecDeque::from([bezier_form(volume, knot_box)]);
     let degree = volume.degree();
     let mut boxes = 0;
     while let Some(net) = queue.pop_front() {
@@ -70,16 +70,16 @@ fn indices(degree: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
 }
 
 /// Bézier extraction: control point a of the piece is the polar form at (start^(k-a), end^a).
-fn bezier_form(volume: &SplineVolume, cell: Cell) -> Net {
+fn bezier_form(volume: &SplineVolume, knot_box: KnotBox) -> Net {
     let degree = volume.degree();
     let weights: [Vec<[f64; MAX_VOLUME_ORDER]>; 3] = std::array::from_fn(|axis| {
         let knots = &volume.axes()[axis];
-        let (start, end) = (knots.breakpoints()[cell[axis]], knots.breakpoints()[cell[axis] + 1]);
+        let (start, end) = (knots.breakpoints()[knot_box[axis]], knots.breakpoints()[knot_box[axis] + 1]);
         (0..=degree[axis])
             .map(|a| {
                 let mut arguments = vec![start; degree[axis]];
                 arguments[..a].fill(end);
-                knots.polar_form(cell[axis], &arguments)
+                knots.polar_form(knot_box[axis], &arguments)
             })
             .collect()
     });
@@ -87,7 +87,7 @@ fn bezier_form(volume: &SplineVolume, cell: Cell) -> Net {
         indices(degree)
             .map(|[i, j, k]| {
                 let weight = weights[0][a][i] * weights[1][b][j] * weights[2][c][k];
-                weight * volume.homogeneous(cell[0] + i, cell[1] + j, cell[2] + k)
+                weight * volume.homogeneous(knot_box[0] + i, knot_box[1] + j, knot_box[2] + k)
             })
             .sum()
     };

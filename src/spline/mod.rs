@@ -11,4 +11,4 @@ pub use injectivity::{Orientation, orientation};
 pub(crate) use knot_vector::{BernsteinRows, LocalBasis, MAX_VOLUME_ORDER, polar_form};
 pub use knot_vector::{KnotError, KnotVector, MAX_VOLUME_DEGREE};
 pub use lattice::{ControlLattice, HeldPoint};
-pub use volume::{Cell, SplineVolume, VolumeError, VolumePoint};
+pub use volume::{KnotBox, SplineVolume, VolumeError, VolumePoint};

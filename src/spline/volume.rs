@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::knot_vector::{KnotError, KnotVector};
 
 /// A knot box: the interval, counted from 0, along each axis.
-pub type Cell = [usize; 3];
+pub type KnotBox = [usize; 3];
 
 /// Why a volume cannot be made.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -155,7 +155,7 @@ impl SplineVolume {
     }
 
     /// The knot box of a point: half open along each axis, the last box closed; `None` outside the domain.
-    pub fn cell(&self, parameters: DVec3) -> Option<Cell> {
+    pub fn knot_box(&self, parameters: DVec3) -> Option<KnotBox> {
         Some([
             self.axes[0].interval(parameters.x)?,
             self.axes[1].interval(parameters.y)?,
@@ -165,7 +165,7 @@ impl SplineVolume {
 
     /// The deformed point and the Jacobian; `None` outside the domain.
     pub fn eval(&self, parameters: DVec3) -> Option<VolumePoint> {
-        Some(self.eval_in_cell(self.cell(parameters)?, parameters))
+        Some(self.eval_in_knot_box(self.knot_box(parameters)?, parameters))
     }
 
     /// The polynomial (rational) piece of one knot box, at any real parameters.
@@ -174,8 +174,8 @@ impl SplineVolume {
     ///
     /// # Panics
     /// If there is no such knot box.
-    pub fn eval_in_cell(&self, cell: Cell, parameters: DVec3) -> VolumePoint {
-        let sums = self.sums_in_cell(cell, parameters);
+    pub fn eval_in_knot_box(&self, knot_box: KnotBox, parameters: DVec3) -> VolumePoint {
+        let sums = self.sums_in_knot_box(knot_box, parameters);
         let position = sums[0].truncate() / sums[0].w;
         let partial = |sum: DVec4| (sum.truncate() - sum.w * position) / sums[0].w;
         VolumePoint {
@@ -185,25 +185,25 @@ impl SplineVolume {
     }
 
     /// The homogeneous value (w x, w y, w z, w) of one knot box' piece, at any real parameters.
-    pub(crate) fn homogeneous_in_cell(&self, cell: Cell, parameters: DVec3) -> DVec4 {
+    pub(crate) fn homogeneous_in_knot_box(&self, knot_box: KnotBox, parameters: DVec3) -> DVec4 {
         match self.axes[2].degree() {
-            1 => self.sum_of_rows::<2>(cell, parameters),
-            2 => self.sum_of_rows::<3>(cell, parameters),
-            3 => self.sum_of_rows::<4>(cell, parameters),
-            _ => self.sum_of_rows::<5>(cell, parameters),
+            1 => self.sum_of_rows::<2>(knot_box, parameters),
+            2 => self.sum_of_rows::<3>(knot_box, parameters),
+            3 => self.sum_of_rows::<4>(knot_box, parameters),
+            _ => self.sum_of_rows::<5>(knot_box, parameters),
         }
     }
 
-    /// As [`Self::homogeneous_in_cell`], with sums along the last axis of a length known when compiling.
-    fn sum_of_rows<const ORDER: usize>(&self, cell: Cell, parameters: DVec3) -> DVec4 {
+    /// As [`Self::homogeneous_in_knot_box`], with sums along the last axis of a length known when compiling.
+    fn sum_of_rows<const ORDER: usize>(&self, knot_box: KnotBox, parameters: DVec3) -> DVec4 {
         let p = parameters.to_array();
-        let [nu, nv, nw]: [_; 3] = std::array::from_fn(|axis| self.axes[axis].basis(cell[axis], p[axis]));
+        let [nu, nv, nw]: [_; 3] = std::array::from_fn(|axis| self.axes[axis].basis(knot_box[axis], p[axis]));
         let [ku, kv, _] = self.degree();
         let (columns, depth) = (self.axes[1].points(), self.axes[2].points());
         let mut sum = DVec4::ZERO;
         for (i, nu) in nu.iter().enumerate().take(ku + 1) {
             for (j, nv) in nv.iter().enumerate().take(kv + 1) {
-                let start = ((cell[0] + i) * columns + cell[1] + j) * depth + cell[2];
+                let start = ((knot_box[0] + i) * columns + knot_box[1] + j) * depth + knot_box[2];
                 let row = &self.homogeneous[start..start + ORDER];
                 let mut of_row = DVec4::ZERO;
                 for k in 0..ORDER {
@@ -216,9 +216,9 @@ impl SplineVolume {
     }
 
     /// Homogeneous value and partials of one knot box' piece.
-    fn sums_in_cell(&self, cell: Cell, parameters: DVec3) -> [DVec4; 4] {
+    fn sums_in_knot_box(&self, knot_box: KnotBox, parameters: DVec3) -> [DVec4; 4] {
         let p = parameters.to_array();
-        let bases: [_; 3] = std::array::from_fn(|a| self.axes[a].basis_with_derivatives(cell[a], p[a]));
+        let bases: [_; 3] = std::array::from_fn(|a| self.axes[a].basis_with_derivatives(knot_box[a], p[a]));
         let [(nu, du), (nv, dv), (nw, dw)] = bases;
         let [ku, kv, kw] = self.degree();
         let mut sums = [DVec4::ZERO; 4];
@@ -226,7 +226,7 @@ impl SplineVolume {
             for j in 0..=kv {
                 let (mut value, mut slope) = (DVec4::ZERO, DVec4::ZERO);
                 for k in 0..=kw {
-                    let point = self.homogeneous(cell[0] + i, cell[1] + j, cell[2] + k);
+                    let point = self.homogeneous(knot_box[0] + i, knot_box[1] + j, knot_box[2] + k);
                     value += nw[k] * point;
                     slope += dw[k] * point;
                 }
@@ -339,18 +339,21 @@ mod tests {
         for rational in [false, true] {
             let volume = bent_volume([2, 3, 4], rational);
             let point = DVec3::new(0.21, 1.3, 2.31);
-            let cell = volume.cell(point).unwrap();
-            let got = volume.eval_in_cell(cell, point);
+            let knot_box = volume.knot_box(point).unwrap();
+            let got = volume.eval_in_knot_box(knot_box, point);
             for axis in 0..3 {
                 let step = DVec3::AXES[axis] * 1e-6;
-                let (ahead, behind) =
-                    (volume.eval_in_cell(cell, point + step), volume.eval_in_cell(cell, point - step));
+                let (ahead, behind) = (
+                    volume.eval_in_knot_box(knot_box, point + step),
+                    volume.eval_in_knot_box(knot_box, point - step),
+                );
                 let want = (ahead.position - behind.position) / 2e-6;
                 assert!((got.jacobian.col(axis) - want).length() < 1e-8, "axis {axis}");
             }
             let knot = volume.axes()[0].breakpoints()[1];
             let at = DVec3::new(knot, 1.3, 2.31);
-            let (left, right) = (volume.eval_in_cell([0, 1, 1], at), volume.eval_in_cell([1, 1, 1], at));
+            let (left, right) =
+                (volume.eval_in_knot_box([0, 1, 1], at), volume.eval_in_knot_box([1, 1, 1], at));
             assert!((left.position - right.position).length() < 1e-14, "continuous across a knot plane");
         }
     }

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::spline::Cell;
+use crate::spline::KnotBox;
 
 use super::cut::Pieces;
 
@@ -65,7 +65,7 @@ impl Plane {
 /// Pieces of one knot box in one plane.
 #[derive(Clone, Debug)]
 pub(crate) struct Group {
-    pub(crate) cell: Option<Cell>,
+    pub(crate) knot_box: Option<KnotBox>,
     pub(crate) plane: Plane,
     /// Indices into the pieces, rising.
     pub(crate) pieces: Vec<u32>,
@@ -85,14 +85,14 @@ pub(crate) fn group_coplanar<'a>(
         .filter_map(|index| {
             let piece = pieces.piece(index);
             let class = classes.of_polygon.get(piece.polygon as usize).copied().flatten()?;
-            Some((piece.cell, class, u32::try_from(index).expect("fewer than 2^32 pieces fit in memory")))
+            Some((piece.knot_box, class, u32::try_from(index).expect("fewer than 2^32 pieces fit in memory")))
         })
         .collect();
     order.sort_unstable();
     order
         .chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
         .map(|run| Group {
-            cell: run[0].0,
+            knot_box: run[0].0,
             plane: classes.planes[run[0].1 as usize],
             pieces: run.iter().map(|entry| entry.2).collect(),
         })

@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 use glam::DVec3;
 
 use crate::math::bounds;
-use crate::spline::{Cell, SplineVolume};
+use crate::spline::{KnotBox, SplineVolume};
 
 /// A coordinate this close to a knot, in parts of the lattice's diagonal, is taken to lie on it.
 ///
@@ -22,7 +22,7 @@ pub(crate) struct Piece {
     /// Index of the polygon it is cut from.
     pub(crate) polygon: u32,
     /// Its knot box; `None` outside the lattice.
-    pub(crate) cell: Option<Cell>,
+    pub(crate) knot_box: Option<KnotBox>,
     start: u32,
     end: u32,
 }
@@ -51,11 +51,11 @@ impl Pieces {
         &self.corners[piece.start as usize..piece.end as usize]
     }
 
-    pub(super) fn push(&mut self, polygon: u32, cell: Option<Cell>, corners: &[DVec3]) {
+    pub(super) fn push(&mut self, polygon: u32, knot_box: Option<KnotBox>, corners: &[DVec3]) {
         let start = self.corners.len();
         self.corners.extend_from_slice(corners);
         let index = |n: usize| u32::try_from(n).expect("fewer than 2^32 corners fit in memory");
-        self.pieces.push(Piece { polygon, cell, start: index(start), end: index(self.corners.len()) });
+        self.pieces.push(Piece { polygon, knot_box, start: index(start), end: index(self.corners.len()) });
     }
 }
 
@@ -159,7 +159,7 @@ impl<'a> Cutter<'a> {
         }
         for piece in self.current.iter() {
             let middle = middle(piece);
-            pieces.push(polygon, self.volume.cell(middle), piece);
+            pieces.push(polygon, self.volume.knot_box(middle), piece);
         }
     }
 
@@ -304,7 +304,7 @@ mod tests {
     fn a_polygon_in_a_knot_plane_belongs_to_the_box_above_or_the_last() {
         for (x, want) in [(0.0, 0), (0.5, 1), (1.0, 1)] {
             let corners = [DVec3::new(x, 0.1, 0.1), DVec3::new(x, 0.3, 0.1), DVec3::new(x, 0.1, 0.3)];
-            assert_eq!(cut_one(&corners).piece(0).cell, Some([want, 0, 0]), "at x = {x}");
+            assert_eq!(cut_one(&corners).piece(0).knot_box, Some([want, 0, 0]), "at x = {x}");
         }
     }
 
@@ -312,14 +312,14 @@ mod tests {
     fn parts_outside_are_split_at_the_box() {
         let corners = [DVec3::new(-1.0, 0.1, 0.1), DVec3::new(2.0, 0.1, 0.1), DVec3::new(2.0, 0.4, 0.1)];
         let pieces = cut_one(&corners);
-        let outside: Vec<_> = (0..pieces.len()).filter(|&i| pieces.piece(i).cell.is_none()).collect();
+        let outside: Vec<_> = (0..pieces.len()).filter(|&i| pieces.piece(i).knot_box.is_none()).collect();
         assert_eq!((pieces.len(), outside.len()), (4, 2));
         for i in 0..pieces.len() {
             let inside = pieces.corners(i).iter().all(|p| (0.0..=1.0).contains(&p.x));
-            assert_eq!(inside, pieces.piece(i).cell.is_some());
+            assert_eq!(inside, pieces.piece(i).knot_box.is_some());
         }
         let far = corners.map(|p| p + DVec3::Z * 3.0);
-        assert_eq!(cut_one(&far).piece(0).cell, None);
+        assert_eq!(cut_one(&far).piece(0).knot_box, None);
     }
 
     #[test]

@@ -77,7 +77,7 @@ fn cut(
         }
         first = 0;
     }
-    pieces.push(polygon, volume.cell(middle(&corners)), &corners);
+    pieces.push(polygon, volume.knot_box(middle(&corners)), &corners);
 }
 
 /// Splits a triangle with corners on both sides of a plane, into two or three.
@@ -169,9 +169,9 @@ mod tests {
                     let corners = pieces.corners(index);
                     assert_eq!(corners.len(), 3);
                     assert!(area(corners) > 1e-12);
-                    if let Some(cell) = pieces.piece(index).cell {
+                    if let Some(knot_box) = pieces.piece(index).knot_box {
                         for (axis, knots) in volume.axes().iter().enumerate() {
-                            let ends = &knots.breakpoints()[cell[axis]..cell[axis] + 2];
+                            let ends = &knots.breakpoints()[knot_box[axis]..knot_box[axis] + 2];
                             assert!(corners.iter().all(|c| (ends[0]..=ends[1]).contains(&c[axis])));
                         }
                     }
@@ -192,7 +192,7 @@ mod tests {
     fn parts_outside_are_split_at_the_box_and_not_cut_further() {
         let corners = [DVec3::new(-1.0, 0.1, 0.1), DVec3::new(2.0, 0.1, 0.1), DVec3::new(2.0, 0.4, 0.1)];
         let pieces = cut_all(&[corners], Some(&cube_volume(4)));
-        let outside = (0..pieces.len()).filter(|&index| pieces.piece(index).cell.is_none());
+        let outside = (0..pieces.len()).filter(|&index| pieces.piece(index).knot_box.is_none());
         assert!(outside.clone().all(|i| pieces.corners(i).iter().all(|p| p.x <= 0.0 || p.x >= 1.0)));
         let inside = pieces.len() - outside.clone().count();
         assert_eq!((inside, outside.count()), (8, 5), "cut at x = 0, 1/2 and 1, outside no further");

@@ -135,7 +135,7 @@ fn finished(object: &TracedObject, refinement: &Refinement<'_>, deviation: f64) 
     };
     let normal_at = |part: u32, st: DVec2| {
         let part = &mesh.parts[part as usize];
-        object.attributes.normal(part.polygon, part.patch.frame.point(st), part.patch.cell())
+        object.attributes.normal(part.polygon, part.patch.frame.point(st), part.patch.knot_box())
     };
     // an object has attributes if any of its corners has
     let any = |has: &dyn Fn(u32, DVec2) -> bool| {

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 
 use super::*;
 use crate::patch::{Deformation, DeformedPolygons, PlanarPolygon, TrimmedPatch, deform_polygons};
-use crate::spline::Cell;
+use crate::spline::KnotBox;
 use crate::spline::{Axis, ControlLattice, SplineVolume};
 use crate::subdivide::FrameChoice;
 use crate::surface::Shape;
@@ -79,7 +79,7 @@ fn solids_partly_outside_the_lattice_stay_closed() {
     // the pieces outside are not cut at the knot planes, so their edges have corners of pieces inside on them
     for solid in [cube_triangles(), ball_triangles()] {
         let object = object(deform(&solid, Some(&held_volume()), FrameChoice::default()));
-        assert!(object.patches.iter().any(|patch| patch.cell().is_none()));
+        assert!(object.patches.iter().any(|patch| patch.knot_box().is_none()));
         for fineness in [Fineness::Level(0), Fineness::Level(2), Fineness::Tolerance(1e-4)] {
             assert_closed(&made(&object, fineness), &format!("{fineness:?}"));
         }
@@ -211,7 +211,7 @@ impl VertexAttributes for Planar {
         Some([DVec3::X, DVec3::Y])
     }
 
-    fn normal(&self, _polygon: u32, rest: DVec3, _cell: Option<Cell>) -> Option<DVec3> {
+    fn normal(&self, _polygon: u32, rest: DVec3, _knot_box: Option<KnotBox>) -> Option<DVec3> {
         (rest.x > 0.5).then_some(DVec3::Z)
     }
 }

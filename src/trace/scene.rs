@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 
 use crate::math::bounds;
 use crate::patch::{PatchPoint, TrimmedPatch};
-use crate::spline::Cell;
+use crate::spline::KnotBox;
 
 use super::bvh::{Bvh, Stack};
 use super::interaction::{Geometry, SurfaceInteraction};
@@ -30,9 +30,9 @@ pub trait VertexAttributes: Send + Sync + std::fmt::Debug {
     /// Gradients of both texture coordinates over the undeformed polygon.
     fn uv_gradients(&self, polygon: u32, rest: DVec3) -> Option<[DVec3; 2]>;
 
-    /// A unit normal for shading, in the deformed space, if it is not the surface's own; `cell` is the knot box of the
+    /// A unit normal for shading, in the deformed space, if it is not the surface's own; `knot_box` is the knot box of the
     /// point, if it is in the lattice.
-    fn normal(&self, polygon: u32, rest: DVec3, cell: Option<Cell>) -> Option<DVec3>;
+    fn normal(&self, polygon: u32, rest: DVec3, knot_box: Option<KnotBox>) -> Option<DVec3>;
 
     /// The place on the undeformed object of a point in a patch's frame: the point itself, unless the patches are made of
     /// polygons that were deformed before.
@@ -57,7 +57,7 @@ impl VertexAttributes for NoAttributes {
         None
     }
 
-    fn normal(&self, _polygon: u32, _rest: DVec3, _cell: Option<Cell>) -> Option<DVec3> {
+    fn normal(&self, _polygon: u32, _rest: DVec3, _knot_box: Option<KnotBox>) -> Option<DVec3> {
         None
     }
 }
@@ -305,7 +305,7 @@ impl TracedScene {
             position_error: position_error(&trimmed.patch)
                 + trimmed.exact.as_ref().map_or(0.0, |exact| exact.error()),
             normal,
-            shading_normal: object.attributes.normal(hit.polygon, rest, trimmed.cell()).unwrap_or(normal),
+            shading_normal: object.attributes.normal(hit.polygon, rest, trimmed.knot_box()).unwrap_or(normal),
             dp_du: object
                 .attributes
                 .uv_gradients(hit.polygon, rest)

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use crate::math::cofactor::cofactor;
 use crate::mesh::{Polygon, PolygonMesh, PolygonSet};
-use crate::spline::{Cell, SplineVolume};
+use crate::spline::{KnotBox, SplineVolume};
 use crate::trace::VertexAttributes;
 
 /// Looks the attributes of corners up in the polygons they were given for; linear over the triangles of a polygon's fan.
@@ -54,7 +54,7 @@ impl VertexAttributes for PolygonAttributes {
 
     /// The corners' normals interpolated, then transformed by the cofactors of the deformation's Jacobian, as the normal of
     /// any surface through the point is (Feng et al. 2002 deform points alone; the rule is that of Barr 1984, section 3).
-    fn normal(&self, polygon: u32, rest: DVec3, cell: Option<Cell>) -> Option<DVec3> {
+    fn normal(&self, polygon: u32, rest: DVec3, knot_box: Option<KnotBox>) -> Option<DVec3> {
         let CarriedNormals { corners, volumes } = self.normals.as_ref()?;
         let polygon = self.polygons.polygon(polygon as usize);
         let (triangle, weights) = fan_triangle(&polygon, rest);
@@ -63,9 +63,9 @@ impl VertexAttributes for PolygonAttributes {
         let (mut place, mut carried) = (rest, normal);
         for (number, volume) in volumes.iter().enumerate() {
             // of the first the knot box is known, which decides on a knot plane
-            let cell = if number == 0 { cell } else { volume.cell(place) };
-            let Some(cell) = cell else { continue };
-            let point = volume.eval_in_cell(cell, place);
+            let knot_box = if number == 0 { knot_box } else { volume.knot_box(place) };
+            let Some(knot_box) = knot_box else { continue };
+            let point = volume.eval_in_knot_box(knot_box, place);
             (place, carried) = (point.position, cofactor(point.jacobian) * carried);
         }
         carried.try_normalize()

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec2, DVec3, DVec4};
 
 use crate::patch::{BezierPatch, TrimmedPatch};
-use crate::spline::Cell;
+use crate::spline::KnotBox;
 use crate::surface::SplineSurface;
 use crate::trace::VertexAttributes;
 
@@ -58,7 +58,7 @@ impl VertexAttributes for SurfaceAttributes {
         Some([DVec3::X, DVec3::Y])
     }
 
-    fn normal(&self, _polygon: u32, _place: DVec3, _cell: Option<Cell>) -> Option<DVec3> {
+    fn normal(&self, _polygon: u32, _place: DVec3, _knot_box: Option<KnotBox>) -> Option<DVec3> {
         None
     }
 

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::patch::{Facet, TrimmedPatch};
-use crate::spline::{Cell, SplineVolume};
+use crate::spline::{KnotBox, SplineVolume};
 use crate::trace::VertexAttributes;
 
 /// The patches of triangles and what is looked up at their hits. `exact` looks up where the shape itself would be; with
@@ -19,8 +19,9 @@ pub(crate) fn facet_object(
     if !vertex_normals {
         return (patches(&facets), exact);
     }
-    let normal =
-        |polygon: u32, rest: DVec3| exact.normal(polygon, rest, volume.and_then(|volume| volume.cell(rest)));
+    let normal = |polygon: u32, rest: DVec3| {
+        exact.normal(polygon, rest, volume.and_then(|volume| volume.knot_box(rest)))
+    };
     let corners = facets
         .par_iter()
         .map(|facet| (facet.polygon, facet.rest, facet.rest.map(|rest| normal(facet.polygon, rest))))
@@ -48,7 +49,7 @@ impl VertexAttributes for InterpolatedNormals {
         self.exact.uv_gradients(self.corners[polygon as usize].0, rest)
     }
 
-    fn normal(&self, polygon: u32, rest: DVec3, _cell: Option<Cell>) -> Option<DVec3> {
+    fn normal(&self, polygon: u32, rest: DVec3, _knot_box: Option<KnotBox>) -> Option<DVec3> {
         let (_, [a, b, c], normals) = &self.corners[polygon as usize];
         let [Some(of_a), Some(of_b), Some(of_c)] = *normals else { return None };
         let whole = (b - a).cross(c - a);

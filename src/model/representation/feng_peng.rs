@@ -45,7 +45,7 @@ impl Deforming<'_> {
             control_points: made.control_points(),
             bytes: made.bytes(),
         };
-        let knot_boxes: BTreeSet<_> = made.pieces.iter().map(|piece| (0, piece.cell())).collect();
+        let knot_boxes: BTreeSet<_> = made.pieces.iter().map(|piece| (0, piece.knot_box())).collect();
         let shaped = Shaped { patches, subpolygons: made.pieces.len(), times: made.times, knot_boxes };
         if volume.is_some() {
             self.check_outside(0, &shaped).map_err(|fault| self.diagnostics(fault))?;
