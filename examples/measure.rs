@@ -14,7 +14,7 @@ use glam::DVec3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use trimray::scene::{BuiltScene, parse_scene};
 use trimray::spline::SplineVolume;
-use trimray::trace::{Geometry, Ray, TraceStatistics, TracedScene, closest_hit_by_subdivision};
+use trimray::trace::{Ray, TraceStatistics, closest_hit_by_subdivision};
 
 /// Rays for the accuracy of hits.
 const RAYS: u64 = 1_000_000;
@@ -96,11 +96,11 @@ fn random_ray(number: u64, low: DVec3, high: DVec3) -> Ray {
 fn accuracy(built: &BuiltScene, low: DVec3, high: DVec3) -> (f64, f64, u64, TraceStatistics) {
     const CHUNK: u64 = 1000;
     let chunk = |first: u64| {
-        TracedScene::take_statistics();
+        let mut tracer = built.traced.tracer();
         let (mut to_ray, mut to_volume, mut hits): (f64, f64, u64) = (0.0, 0.0, 0);
         for number in first..first + CHUNK {
             let ray = random_ray(number, low, high);
-            for hit in built.traced.all(&ray) {
+            for hit in tracer.all(&ray) {
                 let hit = built.traced.interaction(&hit);
                 hits += 1;
                 let direction = ray.direction.normalize();
@@ -110,7 +110,7 @@ fn accuracy(built: &BuiltScene, low: DVec3, high: DVec3) -> (f64, f64, u64, Trac
                 to_volume = to_volume.max((place - hit.position).length());
             }
         }
-        (to_ray, to_volume, hits, TracedScene::take_statistics())
+        (to_ray, to_volume, hits, tracer.statistics())
     };
     (0..RAYS / CHUNK).into_par_iter().map(|index| chunk(index * CHUNK)).reduce(
         || (0.0, 0.0, 0, TraceStatistics::default()),

@@ -3,7 +3,7 @@
 //! Origins and directions are single precision numbers, so that Embree and trimray trace the same rays.
 
 use glam::{DVec3, Vec3};
-use trimray::trace::{Geometry, Ray, TracedScene};
+use trimray::trace::{Ray, RayTracer, TracedScene};
 
 use super::objects::Subject;
 
@@ -89,7 +89,8 @@ fn hits<'a>(
     scene: &TracedScene,
     rays: impl Iterator<Item = &'a SinglePrecisionRay>,
 ) -> Vec<SinglePrecisionRay> {
-    rays.filter(|ray| scene.closest(&ray.ray()).is_some()).copied().collect()
+    let mut tracer = scene.tracer();
+    rays.filter(|ray| tracer.closest(&ray.ray()).is_some()).copied().collect()
 }
 
 /// All sets of one object: `width`² camera rays, `random` random rays, and a bounce from each hit of a camera ray; each with
@@ -190,9 +191,10 @@ fn bounces(
     number: u32,
 ) -> Vec<SinglePrecisionRay> {
     let mut noise = Noise(2 + u64::from(number));
+    let mut tracer = scene.tracer();
     let bounce = |ray: &SinglePrecisionRay| {
         let ray = ray.ray();
-        let hit = scene.closest_hit(&ray)?;
+        let hit = tracer.closest_hit(&ray)?;
         let normal = -hit.normal * hit.normal.dot(ray.direction).signum();
         let origin = hit.position + BOUNCE_OFFSET * subject.diagonal * normal;
         // a point of the unit sphere on top of the normal
@@ -202,7 +204,8 @@ fn bounces(
 }
 
 fn hit_share(scene: &TracedScene, rays: &[SinglePrecisionRay]) -> f64 {
-    let hits = rays.iter().filter(|ray| scene.closest(&ray.ray()).is_some()).count();
+    let mut tracer = scene.tracer();
+    let hits = rays.iter().filter(|ray| tracer.closest(&ray.ray()).is_some()).count();
     hits.max(1) as f64 / rays.len() as f64
 }
 

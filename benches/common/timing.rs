@@ -44,8 +44,9 @@ pub(crate) fn least_seconds(runs: usize, mut work: impl FnMut()) -> f64 {
 
 /// Traces rays and writes their ray parameters, infinity for a miss.
 pub(crate) fn trace_single(scene: &TracedScene, rays: &[SinglePrecisionRay], distances: &mut [f64]) {
+    let mut tracer = scene.tracer();
     for (ray, distance) in rays.iter().zip(distances) {
-        *distance = scene.closest(&ray.ray()).map_or(f64::INFINITY, |hit| hit.t);
+        *distance = tracer.closest(&ray.ray()).map_or(f64::INFINITY, |hit| hit.t);
     }
 }
 
@@ -54,12 +55,13 @@ pub(crate) fn trace_packets(scene: &TracedScene, rays: &[SinglePrecisionRay], di
     const AT_ONCE: usize = 64;
     let mut exact = [Ray::new(DVec3::ZERO, DVec3::X); AT_ONCE];
     let mut hits = [None; AT_ONCE];
+    let mut tracer = scene.tracer();
     for (rays, distances) in rays.chunks(AT_ONCE).zip(distances.chunks_mut(AT_ONCE)) {
         let (exact, hits) = (&mut exact[..rays.len()], &mut hits[..rays.len()]);
         for (exact, ray) in exact.iter_mut().zip(rays) {
             *exact = ray.ray();
         }
-        scene.closest_of_each(exact, hits);
+        tracer.closest_of_each(exact, hits);
         for (distance, hit) in distances.iter_mut().zip(hits) {
             *distance = hit.map_or(f64::INFINITY, |hit| hit.t);
         }

@@ -44,7 +44,7 @@ use std::time::Instant;
 use clap::Parser;
 use trimray::patch::TrimmedPatch;
 use trimray::scene::parse_scene;
-use trimray::trace::{Geometry, TracedScene};
+use trimray::trace::{RayTracer, TracedScene};
 
 use common::objects::{Built, Object, Subject, each_object};
 use common::rays::{RaySet, ray_sets};
@@ -319,9 +319,10 @@ fn agreement(
     let size = subject.bounds[0].abs().max(subject.bounds[1].abs()).max_element() + 2.0 * subject.diagonal;
     let allowed = 2.0 * error * subject.diagonal + 8.0 * f64::from(f32::EPSILON) * size;
     let mut agreement = Agreement::default();
+    let mut tracer = scene.tracer();
     for (ray, &distance) in set.rays.iter().zip(distances) {
         let ray = ray.ray();
-        match scene.closest_hit(&ray) {
+        match tracer.closest_hit(&ray) {
             Some(_) if distance.is_infinite() => agreement.only_trimray += 1,
             None if distance.is_finite() => agreement.only_embree += 1,
             Some(hit) if distance.is_finite() => {

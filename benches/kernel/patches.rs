@@ -165,9 +165,9 @@ pub(crate) fn patch(arguments: &Arguments, report: Report) -> Result<(), String>
             random_sets(&object.subject, &scene, if arguments.quick { RAYS / 8 } else { RAYS });
         let rays = &hitting.rays;
         let nanoseconds = 1e9 / closest_rate(&scene, rays, arguments.rounds(), trace_single);
-        let (hits, counted) = TracedScene::counting(|| {
-            rays.iter().filter_map(|ray| scene.closest(&ray.ray())).collect::<Vec<_>>()
-        });
+        let mut tracer = scene.tracer();
+        let hits: Vec<_> = rays.iter().filter_map(|ray| tracer.closest(&ray.ray())).collect();
+        let counted = tracer.statistics();
         let interaction = least_seconds(arguments.rounds(), || {
             for hit in &hits {
                 black_box(scene.interaction(hit));

@@ -56,8 +56,11 @@ fn whole_object(arguments: &Arguments, report: Report, bench: &str, object: &Obj
     let [all, hits] = random_sets(&object.subject, &scene, count);
     let [all_rate, hit_rate] =
         [&all, &hits].map(|set| closest_rate(&scene, &set.rays, arguments.rounds(), trace_single) * 1e-6);
-    let (_, counted) =
-        TracedScene::counting(|| hits.rays.iter().filter(|ray| scene.closest(&ray.ray()).is_some()).count());
+    let mut tracer = scene.tracer();
+    for ray in &hits.rays {
+        tracer.closest(&ray.ray());
+    }
+    let counted = tracer.statistics();
     let patches = scene.objects()[0].patches.len();
     let structure = scene.acceleration();
     let volume = object.volume.degree();
@@ -137,9 +140,9 @@ fn one_object(arguments: &Arguments, report: Report, object: &Object) -> Result<
             let way: TraceWay = if packets > single { trace_packets } else { trace_single };
             seconds_of_threads(&scene, &set.rays, (arguments.rounds(), threads), way)
         });
-        let (hits, counted) = TracedScene::counting(|| {
-            set.rays.iter().filter(|ray| scene.closest(&ray.ray()).is_some()).count()
-        });
+        let mut tracer = scene.tracer();
+        let hits = set.rays.iter().filter(|ray| tracer.closest(&ray.ray()).is_some()).count();
+        let counted = tracer.statistics();
         let json: Value = json!({
             "bench": "objects", "object": object.subject.name, "built": built, "rays": set.kind, "hits_only": set.hits_only,
             "number": set.rays.len(), "hits": hits, "mrays_per_second": single, "packets_mrays_per_second": packets,

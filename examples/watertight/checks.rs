@@ -6,7 +6,7 @@
 //! volume is one to one.
 
 use glam::DVec3;
-use trimray::trace::{Geometry, PatchHit, Ray, TracedScene};
+use trimray::trace::{PatchHit, Ray, TracedScene};
 
 use super::aim::{Aims, Random, distance};
 use super::solids::Solid;
@@ -168,7 +168,7 @@ impl Checker<'_> {
         let rays: Vec<_> = (0..rays).map(|_| Ray::new(origin, random.direction())).collect();
         let mut found = [false; DIRECTIONS];
         let found = &mut found[..rays.len()];
-        self.solid.scene.any_of_each(&rays, found);
+        self.solid.scene.tracer().any_of_each(&rays, found);
         tally.rays += rays.len() as u64;
         for (ray, found) in rays.iter().zip(found) {
             if *found {
@@ -195,10 +195,11 @@ impl Checker<'_> {
     pub(crate) fn check(&self, ray: &Ray, balance: i64, tally: &mut Tally) -> Vec<PatchHit> {
         let scene = &self.solid.scene;
         tally.rays += 1;
-        let hits = scene.all(ray);
+        let mut tracer = scene.tracer();
+        let hits = tracer.all(ray);
         tally.hits += hits.len() as u64;
-        let closest = scene.closest(ray);
-        if balance != 0 && (closest.is_none() || !scene.any_hit(ray)) {
+        let closest = tracer.closest(ray);
+        if balance != 0 && (closest.is_none() || !tracer.any(ray)) {
             tally.fail(Fault::Leak, ray);
             return hits;
         }
@@ -206,7 +207,7 @@ impl Checker<'_> {
         let apart = |t: f64| (t - first.unwrap_or(f64::INFINITY)).abs() * ray.direction.length();
         let agrees = closest.is_some() == first.is_some()
             && closest.is_none_or(|hit| apart(hit.t) <= self.same_place(ray))
-            && scene.any_hit(ray) == first.is_some();
+            && tracer.any(ray) == first.is_some();
         if !agrees {
             tally.fail(Fault::Contradiction, ray);
             return hits;
@@ -301,12 +302,13 @@ impl Checker<'_> {
 pub(crate) fn describe(solid: &Solid, ray: &Ray) -> String {
     use std::fmt::Write;
     let mut text = String::new();
-    for hit in solid.scene.all(ray) {
+    let mut tracer = solid.scene.tracer();
+    for hit in tracer.all(ray) {
         let normal = solid.scene.interaction(&hit).normal;
         let cos = normal.dot(ray.direction) / ray.direction.length();
         writeln!(text, "  cos {cos:+e} {hit:?}").expect("writing to a String cannot fail");
     }
-    let statistics = TracedScene::take_statistics();
+    let statistics = tracer.statistics();
     writeln!(text, "  {statistics:?}").expect("writing to a String cannot fail");
     text
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use trimray::scene::{BuiltScene, SceneDescription};
 use trimray::shade::{RenderStatistics, Sampler, uniform_sphere};
-use trimray::trace::{AccelerationStatistics, Geometry, Ray, TraceStatistics, TracedScene};
+use trimray::trace::{AccelerationStatistics, Ray, TraceStatistics};
 
 use super::{CliError, checked_camera};
 
@@ -115,9 +115,9 @@ impl Sample {
         };
         // a scene as large as the numbers go has no sphere around it
         rays.retain(Ray::is_traceable);
-        let (hits, counted) = TracedScene::counting(|| {
-            rays.iter().filter(|ray| built.traced.closest_hit(ray).is_some()).count()
-        });
+        let mut tracer = built.traced.tracer();
+        let hits = rays.iter().filter(|ray| tracer.closest(ray).is_some()).count();
+        let counted = tracer.statistics();
         Ok(Self { from, rays: counted.rays, hits, per_ray: counted.per_ray().collect() })
     }
 }

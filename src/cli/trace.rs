@@ -13,7 +13,7 @@ use serde::Serialize;
 use trimray::arrays::{NamedArray, Values, read_f64, write_npz};
 use trimray::export::to_json;
 use trimray::output::check_writable;
-use trimray::trace::{Geometry, Ray, SurfaceInteraction, TraceStatistics, TracedScene};
+use trimray::trace::{Ray, RayTracer, SurfaceInteraction, TraceStatistics, TracedScene, Tracer};
 
 use super::statistics::{Acceleration, print_trace};
 use super::{CliError, SceneArgs, check_interrupted, print_result};
@@ -128,11 +128,19 @@ struct Traced {
 }
 
 /// Runs a query on all rays: the results, the time, and the sum of what the threads counted.
-fn query<T: Send>(rays: &[Ray], query: impl Fn(&Ray) -> T + Sync) -> (Vec<T>, f64, TraceStatistics) {
+fn query<T: Send>(
+    scene: &TracedScene,
+    rays: &[Ray],
+    query: impl Fn(&mut Tracer<'_>, &Ray) -> T + Sync,
+) -> (Vec<T>, f64, TraceStatistics) {
     let started = Instant::now();
     let chunk = |rays: &[Ray]| {
-        let trace = || rays.iter().map(&query).collect();
-        TracedScene::counting(|| if check_interrupted().is_ok() { trace() } else { Vec::new() })
+        let mut tracer = scene.tracer();
+        let mut found = Vec::new();
+        if check_interrupted().is_ok() {
+            found.extend(rays.iter().map(|ray| query(&mut tracer, ray)));
+        }
+        (found, tracer.statistics())
     };
     let chunks: Vec<_> = rays.par_chunks(CHUNK).map(chunk).collect();
     let seconds = started.elapsed().as_secs_f64();
@@ -146,20 +154,22 @@ fn query<T: Send>(rays: &[Ray], query: impl Fn(&Ray) -> T + Sync) -> (Vec<T>, f6
 }
 
 fn any_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
-    let (found, seconds, stats) = query(rays, |ray| scene.any_hit(ray));
+    let (found, seconds, stats) = query(scene, rays, |tracer, ray| tracer.any(ray));
     let hits = found.iter().filter(|&&hit| hit).count();
     let arrays = vec![NamedArray { name: "hit", columns: 1, values: Values::Bool(found) }];
     Traced { arrays, hits, seconds, stats }
 }
 
 fn closest_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
-    let (found, seconds, stats) = query(rays, |ray| scene.closest_hit(ray));
+    let (found, seconds, stats) = query(scene, rays, |tracer, ray| tracer.closest_hit(ray));
     Traced { hits: found.iter().flatten().count(), arrays: columns(&found), seconds, stats }
 }
 
 fn all_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
-    let every = |ray: &Ray| scene.all(ray).iter().map(|hit| Some(scene.interaction(hit))).collect::<Vec<_>>();
-    let (found, seconds, stats) = query(rays, every);
+    let every = |tracer: &mut Tracer<'_>, ray: &Ray| -> Vec<_> {
+        tracer.all(ray).iter().map(|hit| Some(scene.interaction(hit))).collect()
+    };
+    let (found, seconds, stats) = query(scene, rays, every);
     let mut offsets = vec![0_i64];
     let mut hits = 0;
     for ray in &found {

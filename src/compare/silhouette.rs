@@ -5,7 +5,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
 use crate::shade::Camera;
-use crate::trace::{BoxTree, TracedScene};
+use crate::trace::{BoxTree, TracedScene, Tracer};
 
 /// Halvings of a pixel's side in search of where the object changes.
 const HALVINGS: u32 = 20;
@@ -32,34 +32,50 @@ pub struct SilhouetteError {
 impl Silhouette {
     /// That of a scene in a picture of `size` pixels.
     pub fn of(scene: &TracedScene, camera: &Camera, [width, height]: [u32; 2]) -> Self {
-        let object = |pixel: DVec2| scene.closest(&camera.ray(pixel, DVec2::ZERO)).map(|hit| hit.object);
+        let object = |tracer: &mut Tracer<'_>, pixel: DVec2| {
+            tracer.closest(&camera.ray(pixel, DVec2::ZERO)).map(|hit| hit.object)
+        };
         let columns = width + 1;
         let corner = |x: u32, y: u32| DVec2::new(f64::from(x), f64::from(y));
         let grid: Vec<Option<u32>> = (0..columns * (height + 1))
             .into_par_iter()
-            .map(|index| object(corner(index % columns, index / columns)))
+            .map_init(
+                || scene.tracer(),
+                |tracer, index| object(tracer, corner(index % columns, index / columns)),
+            )
             .collect();
         let at = |x: u32, y: u32| grid[(y * columns + x) as usize];
-        let crossing = |[mut a, mut b]: [DVec2; 2], [of_a, of_b]: [Option<u32>; 2]| {
-            if of_a == of_b {
-                return None;
-            }
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (a + b);
-                if object(middle) == of_a { a = middle } else { b = middle }
-            }
-            Some(0.5 * (a + b))
-        };
+        let crossing =
+            |tracer: &mut Tracer<'_>, [mut a, mut b]: [DVec2; 2], [of_a, of_b]: [Option<u32>; 2]| {
+                if of_a == of_b {
+                    return None;
+                }
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (a + b);
+                    if object(tracer, middle) == of_a { a = middle } else { b = middle }
+                }
+                Some(0.5 * (a + b))
+            };
         // the lines to the right of each corner and below it
         let crossings: Vec<[Option<DVec2>; 2]> = (0..columns * (height + 1))
             .into_par_iter()
-            .map(|index| {
-                let (x, y) = (index % columns, index / columns);
-                let toward = |dx: u32, dy: u32| {
-                    crossing([corner(x, y), corner(x + dx, y + dy)], [at(x, y), at(x + dx, y + dy)])
-                };
-                [(x < width).then(|| toward(1, 0)).flatten(), (y < height).then(|| toward(0, 1)).flatten()]
-            })
+            .map_init(
+                || scene.tracer(),
+                |tracer, index| {
+                    let (x, y) = (index % columns, index / columns);
+                    let mut toward = |dx: u32, dy: u32| {
+                        crossing(
+                            tracer,
+                            [corner(x, y), corner(x + dx, y + dy)],
+                            [at(x, y), at(x + dx, y + dy)],
+                        )
+                    };
+                    [
+                        (x < width).then(|| toward(1, 0)).flatten(),
+                        (y < height).then(|| toward(0, 1)).flatten(),
+                    ]
+                },
+            )
             .collect();
         let line = |x: u32, y: u32, axis: usize| crossings[(y * columns + x) as usize][axis];
         let mut segments = Vec::new();

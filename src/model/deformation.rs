@@ -20,7 +20,7 @@ use crate::shade::Camera;
 use crate::spline::{ControlLattice, KnotBox, SplineVolume};
 use crate::subdivide::{Frame, FrameChoice};
 use crate::surface::SplineSurface;
-use crate::trace::{Geometry, NoAttributes, TracedObject, TracedScene};
+use crate::trace::{NoAttributes, TracedObject, TracedScene};
 
 /// What is deformed: placed in the world.
 #[derive(Clone, Copy)]

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::patch::TrimmedPatch;
-use crate::trace::{Ray, TracedScene};
+use crate::trace::{Ray, TracedScene, Tracer};
 
 /// Chords along each parameter of the whole surface, about.
 const CHORDS: u32 = 64;
@@ -35,13 +35,14 @@ pub(crate) fn self_intersection(
         let mut chords = places
             .filter(|place| place.cmplt(count).all())
             .flat_map(|place| [DVec2::X, DVec2::Y].map(|along| [place / count, (place + along) / count]));
-        chords.find_map(|ends| crossing(scene, object, patch, ends, span))
+        let mut tracer = scene.tracer();
+        chords.find_map(|ends| crossing(&mut tracer, object, patch, ends, span))
     })
 }
 
 /// Where a chord between two places of a patch meets the surface far from them.
 fn crossing(
-    scene: &TracedScene,
+    tracer: &mut Tracer<'_>,
     object: usize,
     patch: &TrimmedPatch,
     ends: [DVec2; 2],
@@ -54,9 +55,10 @@ fn crossing(
     }
     (ray.t_min, ray.t_max) = (END, 1.0 - END);
     let own = patch.frame.point(0.5 * (ends[0] + ends[1])).truncate();
-    let hits = scene.all(&ray).into_iter().filter(|hit| hit.object as usize == object);
-    let mut places =
-        hits.map(|hit| scene.objects()[object].patches[hit.patch as usize].frame.point(hit.st).truncate());
+    let hits = tracer.all(&ray).into_iter().filter(|hit| hit.object as usize == object);
+    let mut places = hits.map(|hit| {
+        tracer.scene().objects()[object].patches[hit.patch as usize].frame.point(hit.st).truncate()
+    });
     let far = |other: &DVec2| ((*other - own) / span).abs().max_element() > APART / f64::from(CHORDS);
     places.find(far).map(|other| [own, other])
 }

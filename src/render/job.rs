@@ -13,7 +13,7 @@ use crate::film::{Exposure, Film, Image, Sample, Window};
 use crate::shade::{
     Camera, PathBuffers, PathIntegrator, PathStart, RenderSettings, RenderStatistics, Sampler, ShadingScene,
 };
-use crate::trace::{Geometry, TracedScene};
+use crate::trace::{Geometry, RayTracer};
 
 /// Samples of each pixel in a pass: as many rays as are traced side by side. With filters, a pixel's sums are added up pass by
 /// pass, so that another number would change their last bits.
@@ -55,13 +55,31 @@ impl From<RenderError> for Stop {
 }
 
 /// What a thread keeps from one group of pixels to the next.
-#[derive(Default)]
-struct Buffers {
+struct Buffers<T> {
     starts: Vec<PathStart>,
     offsets: Vec<DVec2>,
     samples: Vec<Sample>,
-    paths: PathBuffers,
+    paths: PathBuffers<T>,
     statistics: RenderStatistics,
+}
+
+impl<T: RayTracer> Buffers<T> {
+    fn new(tracer: T) -> Self {
+        Self {
+            starts: Vec::new(),
+            offsets: Vec::new(),
+            samples: Vec::new(),
+            paths: PathBuffers::new(tracer),
+            statistics: RenderStatistics::default(),
+        }
+    }
+
+    /// What was counted since this was last called.
+    fn take_statistics(&mut self) -> RenderStatistics {
+        let mut statistics = std::mem::take(&mut self.statistics);
+        statistics.trace += self.paths.take_statistics();
+        statistics
+    }
 }
 
 impl<'a, G: Geometry> Job<'a, G> {
@@ -92,20 +110,23 @@ impl<'a, G: Geometry> Job<'a, G> {
         let mut statistics = RenderStatistics::default();
         for start in (0..spp).step_by(PASS as usize) {
             let end = spp.min(start.saturating_add(PASS));
-            let of_tile = |tile: &Mutex<Progress>| -> Result<RenderStatistics, Stop> {
-                let statistics = self.advance(tile, end)?;
-                let done = samples.fetch_add(statistics.samples, Ordering::Relaxed) + statistics.samples;
-                (self.control.progress)(done, total);
-                if let Some(file) = self.control.checkpoint {
-                    file.save_if_due(self).map_err(RenderError::from)?;
-                }
-                Ok(statistics)
-            };
+            let buffers = || Buffers::new(self.scene.geometry.tracer());
+            let of_tile =
+                |buffers: &mut Buffers<_>, tile: &Mutex<Progress>| -> Result<RenderStatistics, Stop> {
+                    let statistics = self.advance(tile, end, buffers)?;
+                    let done = samples.fetch_add(statistics.samples, Ordering::Relaxed) + statistics.samples;
+                    (self.control.progress)(done, total);
+                    if let Some(file) = self.control.checkpoint {
+                        file.save_if_due(self).map_err(RenderError::from)?;
+                    }
+                    Ok(statistics)
+                };
             let sum = |mut a: RenderStatistics, b: RenderStatistics| {
                 a += b;
                 Ok(a)
             };
-            match self.tiles.par_iter().map(of_tile).try_reduce(RenderStatistics::default, sum) {
+            match self.tiles.par_iter().map_init(buffers, of_tile).try_reduce(RenderStatistics::default, sum)
+            {
                 Ok(counted) => statistics += counted,
                 Err(Stop::Deadline) => break,
                 Err(Stop::Error(error)) => return Err(error),
@@ -115,7 +136,12 @@ impl<'a, G: Geometry> Job<'a, G> {
     }
 
     /// Brings a tile to `end` samples of each pixel, or leaves it as it is.
-    fn advance(&self, tile: &Mutex<Progress>, end: u32) -> Result<RenderStatistics, Stop> {
+    fn advance(
+        &self,
+        tile: &Mutex<Progress>,
+        end: u32,
+        buffers: &mut Buffers<G::Tracer<'_>>,
+    ) -> Result<RenderStatistics, Stop> {
         let (mut exposure, start) = {
             let progress = lock(tile);
             if progress.samples >= end {
@@ -123,17 +149,13 @@ impl<'a, G: Geometry> Job<'a, G> {
             }
             (progress.exposure.clone(), progress.samples)
         };
-        // a tile is one thread's work from start to end
-        let (counted, trace) = TracedScene::counting(|| -> Result<RenderStatistics, Stop> {
-            let mut buffers = Buffers::default();
-            for group in exposure.tile().tiles(GROUP_SIDE) {
-                self.check_stop()?;
-                self.expose(group, [start, end], &mut buffers, &mut exposure);
-            }
-            Ok(buffers.statistics)
-        });
-        let mut statistics = counted?;
-        statistics.trace += trace;
+        // a tile that was left as it was does not count
+        buffers.take_statistics();
+        for group in exposure.tile().tiles(GROUP_SIDE) {
+            self.check_stop()?;
+            self.expose(group, [start, end], buffers, &mut exposure);
+        }
+        let statistics = buffers.take_statistics();
         if let Some(preview) = self.control.preview
             && let Some((window, channels)) = self.film.develop_tile(&exposure, &[&exposure])
         {
@@ -154,7 +176,13 @@ impl<'a, G: Geometry> Job<'a, G> {
     }
 
     /// Adds samples of a group of pixels.
-    fn expose(&self, group: Window, [start, end]: [u32; 2], buffers: &mut Buffers, exposure: &mut Exposure) {
+    fn expose(
+        &self,
+        group: Window,
+        [start, end]: [u32; 2],
+        buffers: &mut Buffers<G::Tracer<'_>>,
+        exposure: &mut Exposure,
+    ) {
         let Buffers { starts, offsets, samples, paths, statistics } = buffers;
         offsets.clear();
         for pixel in group.places() {

@@ -12,7 +12,7 @@ use crate::shade::{
     CameraSettings, FovAxis, IntegratorKind, Light, LightSet, Material, PreparedMaterial, Projection,
     SamplerKind,
 };
-use crate::trace::{Ray, SurfaceInteraction};
+use crate::trace::{Geometry, Ray, RayTracer, SurfaceInteraction};
 
 /// A pinhole camera's view along x, in degrees.
 fn pinhole(fov: f64) -> Projection {
@@ -388,12 +388,20 @@ fn direction_on_screen() {
 struct Broken;
 
 impl Geometry for Broken {
-    fn closest_hit(&self, ray: &Ray) -> Option<SurfaceInteraction> {
+    type Tracer<'a> = &'a Self;
+
+    fn tracer(&self) -> &Self {
+        self
+    }
+}
+
+impl RayTracer for &Broken {
+    fn closest_hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
         let hit = Shapes(vec![SPHERE]).closest_hit(ray)?;
         Some(SurfaceInteraction { normal: DVec3::NAN, ..hit })
     }
 
-    fn any_hit(&self, _ray: &Ray) -> bool {
+    fn any_hit(&mut self, _ray: &Ray) -> bool {
         false
     }
 }

@@ -8,7 +8,7 @@ use super::settings::{IntegratorKind, RenderSettings};
 use super::spawn::spawn_ray;
 use super::statistics::RenderStatistics;
 use crate::film::{FirstHit, Sample, SurfaceIds};
-use crate::trace::{Geometry, Ray, SurfaceInteraction};
+use crate::trace::{Geometry, Ray, RayTracer, SurfaceInteraction, TraceStatistics};
 
 /// Greatest probability with which Russian roulette lets a path go on, as in Mitsuba: a path
 /// between white surfaces ends too, after some twenty more bounces.
@@ -61,16 +61,36 @@ struct Connection {
     radiance: DVec3,
 }
 
-/// Buffers that are kept from one group of paths to the next.
-#[derive(Debug, Default)]
-pub struct PathBuffers {
+/// What one thread keeps from one group of paths to the next: buffers, and a tracer of the scene's geometry.
+#[derive(Debug)]
+pub struct PathBuffers<T> {
     walks: Vec<Walk>,
     rays: Vec<Ray>,
     hits: Vec<Option<SceneHit>>,
     connections: Vec<Connection>,
     shadow_rays: Vec<Ray>,
     blocked: Vec<bool>,
-    scene: SceneBuffers,
+    scene: SceneBuffers<T>,
+}
+
+impl<T: RayTracer> PathBuffers<T> {
+    /// Buffers for one thread, with a tracer of the scene's geometry.
+    pub const fn new(tracer: T) -> Self {
+        Self {
+            walks: Vec::new(),
+            rays: Vec::new(),
+            hits: Vec::new(),
+            connections: Vec::new(),
+            shadow_rays: Vec::new(),
+            blocked: Vec::new(),
+            scene: SceneBuffers::new(tracer),
+        }
+    }
+
+    /// What the tracer has counted since this was last called.
+    pub fn take_statistics(&mut self) -> TraceStatistics {
+        self.scene.take_statistics()
+    }
 }
 
 impl PathIntegrator {
@@ -103,7 +123,7 @@ impl PathIntegrator {
         &self,
         scene: &ShadingScene<'_, G>,
         starts: impl IntoIterator<Item = PathStart>,
-        (buffers, statistics): (&mut PathBuffers, &mut RenderStatistics),
+        (buffers, statistics): (&mut PathBuffers<G::Tracer<'_>>, &mut RenderStatistics),
         samples: &mut Vec<Sample>,
     ) {
         let PathBuffers { walks, rays, hits, connections, shadow_rays, blocked, scene: scene_buffers } =
@@ -153,7 +173,7 @@ impl PathIntegrator {
                     walk.is_over = !walk.survives(lucky);
                 }
             }
-            scene.blocked(shadow_rays, statistics, blocked);
+            scene.blocked(shadow_rays, (scene_buffers, statistics), blocked);
             for (connection, blocked) in connections.iter().zip(blocked.iter()) {
                 if !blocked {
                     samples[connection.sample].radiance += connection.radiance;

@@ -6,7 +6,7 @@ use super::light::{LightHit, LightSample, LightSet};
 use super::prepared_material::PreparedMaterial;
 use super::spawn::{BOUNDS_AWAY, spawn_shadow_ray};
 use super::statistics::RenderStatistics;
-use crate::trace::{Geometry, Ray, SurfaceInteraction};
+use crate::trace::{Geometry, Ray, RayTracer, SurfaceInteraction, TraceStatistics};
 
 /// Everything that light meets.
 #[derive(Debug)]
@@ -28,10 +28,23 @@ pub enum SceneHit {
     Light(LightHit),
 }
 
-/// Buffers that are kept from one group of rays to the next.
-#[derive(Debug, Default)]
-pub struct SceneBuffers {
+/// One thread's tracer of the surfaces, and what is kept from one group of rays to the next.
+#[derive(Debug)]
+pub struct SceneBuffers<T> {
+    tracer: T,
     surfaces: Vec<Option<SurfaceInteraction>>,
+}
+
+impl<T: RayTracer> SceneBuffers<T> {
+    /// Buffers for one thread, with a tracer of the scene's geometry.
+    pub const fn new(tracer: T) -> Self {
+        Self { tracer, surfaces: Vec::new() }
+    }
+
+    /// What the tracer has counted since this was last called.
+    pub fn take_statistics(&mut self) -> TraceStatistics {
+        self.tracer.take_statistics()
+    }
 }
 
 impl<G: Geometry> ShadingScene<'_, G> {
@@ -43,15 +56,16 @@ impl<G: Geometry> ShadingScene<'_, G> {
         &self,
         rays: &[Ray],
         see_lights: bool,
-        (buffers, statistics): (&mut SceneBuffers, &mut RenderStatistics),
+        (buffers, statistics): (&mut SceneBuffers<G::Tracer<'_>>, &mut RenderStatistics),
         hits: &mut Vec<Option<SceneHit>>,
     ) {
         statistics.rays += rays.len() as u64;
-        self.geometry.closest_hits(rays, &mut buffers.surfaces);
+        let SceneBuffers { tracer, surfaces } = buffers;
+        tracer.closest_hits(rays, surfaces);
         hits.clear();
-        hits.extend(rays.iter().zip(buffers.surfaces.drain(..)).map(|(ray, surface)| {
+        hits.extend(rays.iter().zip(surfaces.drain(..)).map(|(ray, surface)| {
             if !see_lights {
-                return self.past_lights(ray, surface).map(SceneHit::Surface);
+                return self.past_lights(tracer, ray, surface).map(SceneHit::Surface);
             }
             match (surface, self.lights.closest_hit(ray)) {
                 (Some(surface), Some(light)) if !is_in_front(ray, &light, &surface) => {
@@ -64,12 +78,17 @@ impl<G: Geometry> ShadingScene<'_, G> {
     }
 
     /// The nearest hit with an object that is no light, from `hit` on.
-    fn past_lights(&self, ray: &Ray, mut hit: Option<SurfaceInteraction>) -> Option<SurfaceInteraction> {
+    fn past_lights(
+        &self,
+        tracer: &mut impl RayTracer,
+        ray: &Ray,
+        mut hit: Option<SurfaceInteraction>,
+    ) -> Option<SurfaceInteraction> {
         let mut ray = *ray;
         while let Some(light) = hit.filter(|hit| self.lights.is_object_light(hit.object)) {
             let past = light.t + margin(&ray, light.normal, light.position_error);
             ray.t_min = past.max(light.t.next_up());
-            hit = self.geometry.closest_hit(&ray);
+            hit = tracer.closest_hit(&ray);
         }
         hit
     }
@@ -82,9 +101,14 @@ impl<G: Geometry> ShadingScene<'_, G> {
     }
 
     /// Whether an object is in the way of each shadow ray, in place of what `blocked` held.
-    pub fn blocked(&self, rays: &[Ray], statistics: &mut RenderStatistics, blocked: &mut Vec<bool>) {
+    pub fn blocked(
+        &self,
+        rays: &[Ray],
+        (buffers, statistics): (&mut SceneBuffers<G::Tracer<'_>>, &mut RenderStatistics),
+        blocked: &mut Vec<bool>,
+    ) {
         statistics.shadow_rays += rays.len() as u64;
-        self.geometry.any_hits(rays, blocked);
+        buffers.tracer.any_hits(rays, blocked);
     }
 
     /// The material of the surface hit.

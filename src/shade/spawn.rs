@@ -57,7 +57,6 @@ mod tests {
     use super::*;
     use crate::shade::testing::{Shape, Shapes, to_world};
     use crate::shade::{Sampler, warp};
-    use crate::trace::Geometry;
 
     #[test]
     fn spawned_rays_leave_a_convex_shape() {

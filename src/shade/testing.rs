@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::math::rounding::gamma;
-use crate::trace::{Geometry, Ray, SurfaceInteraction};
+use crate::trace::{Geometry, Ray, RayTracer, SurfaceInteraction};
 
 /// Turns `local`, whose +z is the normal, to the world.
 ///
@@ -104,8 +104,8 @@ fn interaction(t: f64, position: DVec3, normal: DVec3, position_error: f64) -> S
     }
 }
 
-impl Geometry for Shapes {
-    fn closest_hit(&self, ray: &Ray) -> Option<SurfaceInteraction> {
+impl Shapes {
+    pub(crate) fn closest_hit(&self, ray: &Ray) -> Option<SurfaceInteraction> {
         let mut ray = *ray;
         let mut closest = None;
         for (object, shape) in (0..).zip(&self.0) {
@@ -117,7 +117,25 @@ impl Geometry for Shapes {
         closest
     }
 
-    fn any_hit(&self, ray: &Ray) -> bool {
+    pub(crate) fn any_hit(&self, ray: &Ray) -> bool {
         self.0.iter().any(|shape| shape.hit(ray).is_some())
+    }
+}
+
+impl Geometry for Shapes {
+    type Tracer<'a> = &'a Self;
+
+    fn tracer(&self) -> &Self {
+        self
+    }
+}
+
+impl RayTracer for &Shapes {
+    fn closest_hit(&mut self, ray: &Ray) -> Option<SurfaceInteraction> {
+        Shapes::closest_hit(self, ray)
+    }
+
+    fn any_hit(&mut self, ray: &Ray) -> bool {
+        Shapes::any_hit(self, ray)
     }
 }

@@ -14,7 +14,7 @@ use crate::patch::{BezierPatch, TrimmedPatch};
 use crate::subdivide::FrameChoice;
 use crate::test_support::{Noise, deform, scene_of};
 
-use super::{PatchHit, Ray, TracedScene, closest_hit_by_subdivision};
+use super::{PatchHit, Ray, RayTracer, TracedScene, Tracer, closest_hit_by_subdivision};
 
 /// Rays start this far from the point they aim at.
 const REACH: f64 = 3.0;
@@ -47,9 +47,9 @@ fn one_patch([m, n]: [usize; 2], place: impl Fn(usize, usize) -> DVec3) -> Trace
 }
 
 /// Hits of the line through `target`, in lengths of `direction` from it.
-fn offsets(scene: &TracedScene, target: DVec3, direction: DVec3) -> Vec<f64> {
+fn offsets(tracer: &mut Tracer<'_>, target: DVec3, direction: DVec3) -> Vec<f64> {
     let ray = Ray::new(target - REACH * direction, direction);
-    scene.all(&ray).iter().map(|hit| hit.t - REACH).collect()
+    tracer.all(&ray).iter().map(|hit| hit.t - REACH).collect()
 }
 
 fn patch_of<'a>(scene: &'a TracedScene, hit: &PatchHit) -> &'a TrimmedPatch {

@@ -2,7 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Ray;
+use crate::patch::{PatchPoint, TrimmedPatch};
+
+use super::object::{PatchHit, TracedObject};
+use super::target::position_error;
 
 /// Everything that shading needs of a hit, computed once for the hit that won.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,23 +40,51 @@ pub struct SurfaceInteraction {
     pub dp_dt: DVec3,
 }
 
-/// Anything rays can be traced against.
-pub trait Geometry: Sync {
-    /// The hit nearest to the ray's origin, if any.
-    fn closest_hit(&self, ray: &Ray) -> Option<SurfaceInteraction>;
-
-    /// Whether anything is hit at all; stops at the first proof.
-    fn any_hit(&self, ray: &Ray) -> bool;
-
-    /// As [`Self::closest_hit`] for each ray, in place of what `hits` held; rays that are alike are faster side by side.
-    fn closest_hits(&self, rays: &[Ray], hits: &mut Vec<Option<SurfaceInteraction>>) {
-        hits.clear();
-        hits.extend(rays.iter().map(|ray| self.closest_hit(ray)));
+/// Everything shading needs of a hit.
+pub(super) fn interaction(objects: &[TracedObject], hit: &PatchHit) -> SurfaceInteraction {
+    let object = &objects[hit.object as usize];
+    let trimmed = &object.patches[hit.patch as usize];
+    let point = trimmed.eval(hit.st);
+    let rest = trimmed.frame.point(hit.st);
+    let normal = normal(trimmed, hit.st, &point);
+    SurfaceInteraction {
+        t: hit.t,
+        object: hit.object,
+        face: hit.face,
+        patch: hit.patch,
+        st: hit.st,
+        uv: object.attributes.uv(hit.polygon, rest),
+        rest: object.attributes.rest(hit.polygon, rest),
+        position: point.position,
+        position_error: position_error(&trimmed.patch)
+            + trimmed.exact.as_ref().map_or(0.0, |exact| exact.error()),
+        normal,
+        shading_normal: object.attributes.normal(hit.polygon, rest, trimmed.knot_box()).unwrap_or(normal),
+        dp_du: object
+            .attributes
+            .uv_gradients(hit.polygon, rest)
+            .map_or(DVec3::NAN, |gradients| along_u(gradients, trimmed, &point)),
+        dp_ds: point.dp_ds,
+        dp_dt: point.dp_dt,
     }
+}
 
-    /// As [`Self::any_hit`] for each ray, in place of what `hit` held.
-    fn any_hits(&self, rays: &[Ray], hit: &mut Vec<bool>) {
-        hit.clear();
-        hit.extend(rays.iter().map(|ray| self.any_hit(ray)));
-    }
+/// Partial derivative of the position by the texture coordinate u, v fixed.
+fn along_u(gradients: [DVec3; 2], trimmed: &TrimmedPatch, point: &PatchPoint) -> DVec3 {
+    let [u, v] = gradients.map(|gradient| [gradient.dot(trimmed.frame.s), gradient.dot(trimmed.frame.t)]);
+    (point.dp_ds * v[1] - point.dp_dt * v[0]) / (u[0] * v[1] - u[1] * v[0])
+}
+
+/// Unit normal on the side of the face's winding; where the partials are parallel, that of a point close by.
+fn normal(trimmed: &TrimmedPatch, st: DVec2, point: &PatchPoint) -> DVec3 {
+    let cross = |point: &PatchPoint| {
+        let normal = point.dp_ds.cross(point.dp_dt);
+        let scale = point.dp_ds.length() * point.dp_dt.length();
+        (normal.length() > 16.0 * f64::EPSILON * scale).then(|| normal.normalize())
+    };
+    // towards the middle of the patch, where a collapsed edge or a cusp has its one-sided limit
+    let toward = DVec2::splat(0.5) - st;
+    cross(point)
+        .or_else(|| [1e-9, 1e-6, 1e-3].into_iter().find_map(|step| cross(&trimmed.eval(st + step * toward))))
+        .unwrap_or_else(|| trimmed.frame.s.cross(trimmed.frame.t).normalize_or(DVec3::Z))
 }

@@ -1,10 +1,12 @@
 //! Stage 4: rays against trimmed patches.
 
+mod attributes;
 mod box_tree;
 mod brute_force;
 mod bvh;
 mod clipping;
 mod collapse;
+mod geometry;
 #[cfg(test)]
 mod hard_cases;
 mod interaction;
@@ -13,6 +15,7 @@ mod leaf_test;
 mod local;
 mod net;
 mod newton;
+mod object;
 mod packet;
 mod polish;
 mod projection;
@@ -20,16 +23,22 @@ mod query;
 mod rational_net;
 mod ray;
 mod scene;
+mod scratch;
 mod search;
 mod shape;
 mod slabs;
 mod statistics;
 mod target;
+mod tracer;
 
+pub use attributes::{NoAttributes, VertexAttributes};
 pub(crate) use box_tree::BoxTree;
 pub use brute_force::closest_hit_by_subdivision;
-pub use interaction::{Geometry, SurfaceInteraction};
+pub use geometry::{Geometry, RayTracer};
+pub use interaction::SurfaceInteraction;
+pub use object::{PatchHit, TracedObject};
 pub use ray::Ray;
-pub use scene::{NoAttributes, PatchHit, TracedObject, TracedScene, VertexAttributes};
+pub use scene::TracedScene;
 pub use statistics::{AccelerationStatistics, TraceStatistics};
 pub(crate) use target::surface_error;
+pub use tracer::Tracer;

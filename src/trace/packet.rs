@@ -16,8 +16,10 @@ use super::leaf_test::{
     Approach, LocalRays, Roots, Seed, Sides, WorldRays, approach, newton, sides, trimmed_away,
 };
 use super::local::LocalSpace;
+use super::object::PatchHit;
 use super::query::{self, Asked};
-use super::scene::{PatchHit, Scratch, Solver, TracedScene};
+use super::scene::TracedScene;
+use super::scratch::{Scratch, Solver};
 use super::slabs::{PacketSlabs, SpreadSlabs};
 use super::target::{LeafRoot, Target};
 
@@ -413,7 +415,6 @@ mod tests {
     use super::*;
     use crate::subdivide::FrameChoice;
     use crate::test_support::{Noise, ball_triangles, deform, random_volume, scene_of};
-    use crate::trace::Geometry;
 
     /// What makes a hit, to the bit.
     fn bits(hit: Option<PatchHit>) -> Option<[u64; 9]> {
@@ -462,11 +463,11 @@ mod tests {
                 let rays = rays(&mut noise, number % 4, 1 + number * 7 % (2 * PACKET), &scene);
                 let alone: Vec<_> = rays.iter().map(|ray| bits(scene.closest(ray))).collect();
                 let mut hits = vec![None; rays.len()];
-                scene.closest_of_each(&rays, &mut hits);
+                scene.tracer().closest_of_each(&rays, &mut hits);
                 let together: Vec<_> = hits.iter().map(|&hit| bits(hit)).collect();
                 assert_eq!(together, alone, "case {case}, rays {number}");
                 let mut any = vec![false; rays.len()];
-                scene.any_of_each(&rays, &mut any);
+                scene.tracer().any_of_each(&rays, &mut any);
                 let each: Vec<_> = rays.iter().map(|ray| scene.any_hit(ray)).collect();
                 assert_eq!(any, each, "case {case}, rays {number}");
                 let rays = &rays[..rays.len().min(PACKET)];

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use crate::patch::{BezierPatch, ExactSurface, OrderWork, PatchPoint};
 
 use super::Ray;
-use super::scene::PatchHit;
+use super::object::PatchHit;
 use super::statistics::TraceStatistics;
 
 /// Most steps from a patch's root to that of the surface it stands for.

@@ -12,7 +12,9 @@ use crate::patch::{OrderWork, PatchPoint, PointLanes};
 use super::Ray;
 use super::leaf_test::{LocalRays, Roots, Seed, Sides, WorldRays, approach, newton, sides, trimmed_away};
 use super::local::LocalRay;
-use super::scene::{PatchHit, Scratch, Solver, TracedScene};
+use super::object::PatchHit;
+use super::scene::TracedScene;
+use super::scratch::{Scratch, Solver};
 use super::target::{LeafRoot, Target, clip_leaf};
 
 /// The nearest hit.

@@ -8,9 +8,10 @@ use crate::patch::{BezierPatch, Extent, TrimLoop, TrimRegion, TrimmedPatch};
 use super::Ray;
 use super::leaf::{Cover, Cut, Leaf, TANGENT_TOLERANCE, by_loop};
 use super::local::LocalSpace;
+use super::object::PatchHit;
 use super::polish;
 use super::projection::AcrossRay;
-use super::scene::{PatchHit, Solver};
+use super::scratch::Solver;
 use super::search::find_roots;
 use super::statistics::TraceStatistics;
 

@@ -121,7 +121,7 @@ mod tests {
 
     use super::*;
     use crate::scene::{BuiltScene, parse_scene};
-    use crate::trace::{Geometry, Ray};
+    use crate::trace::Ray;
 
     /// Two triangles and a pentagon, folded, with texture coordinates and normals that are nobody's own, twisted and bulged.
     const MESH: &str = "v 0.1 0.1 0.3\nv 0.9 0.15 0.4\nv 0.8 0.9 0.6\nv 0.2 0.8 0.5\n\

@@ -71,7 +71,7 @@ impl VertexAttributes for SurfaceAttributes {
 mod tests {
     use crate::scene::parse_scene_str;
     use crate::test_support::Noise;
-    use crate::trace::{Geometry, Ray};
+    use crate::trace::Ray;
     use glam::{DVec2, DVec3};
 
     #[test]

@@ -62,7 +62,7 @@ mod tests {
 
     use crate::scene::{BuiltScene, SceneError, parse_scene};
     use crate::test_support::Noise;
-    use crate::trace::{Geometry, Ray};
+    use crate::trace::Ray;
 
     const CUBE: &str = include_str!("../../../scenes/meshes/feng_fig07_cube.obj");
     const LATTICE: &str = "[[object.deform]]\ntype = \"ffd\"\ndegree = [2, 3, 2]\npoints = [4, 5, 4]\n\

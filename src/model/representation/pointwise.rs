@@ -82,7 +82,7 @@ mod tests {
 
     use crate::scene::{BuiltScene, parse_scene};
     use crate::test_support::Noise;
-    use crate::trace::{Geometry, Ray, SurfaceInteraction};
+    use crate::trace::{Ray, SurfaceInteraction};
     use glam::{DVec3, DVec4};
 
     use super::{moved, split};

@@ -8,7 +8,7 @@ use super::*;
 use crate::shade::Sampler;
 use crate::subdivide::FrameChoice;
 use crate::test_support::{Noise, ball_triangles, deform, random_volume};
-use crate::trace::{Geometry, NoAttributes, TracedScene};
+use crate::trace::{NoAttributes, TracedScene};
 
 fn set_of(lights: &[Light]) -> LightSet {
     LightSet::try_new(lights, &[]).unwrap()

@@ -163,7 +163,7 @@ fn packets_find_the_bits_of_single_rays_on_cells() {
         let rays: Vec<_> =
             (0..400).map(|_| Ray::new(eye, DVec3::new(0.5, 0.5, 0.5) + 0.6 * noise.vector() - eye)).collect();
         let mut hits = vec![None; rays.len()];
-        scene.closest_of_each(&rays, &mut hits);
+        scene.tracer().closest_of_each(&rays, &mut hits);
         let bits = |hit: Option<crate::trace::PatchHit>| {
             hit.map(|hit| ([hit.t, hit.st.x, hit.st.y].map(f64::to_bits), hit.patch))
         };

@@ -32,6 +32,7 @@ fn paraboloid() -> TracedScene {
 #[test]
 fn a_paraboloid_is_cut_twice_touched_or_missed() {
     let scene = paraboloid();
+    let mut tracer = scene.tracer();
     let mut noise = Noise(101);
     for _ in 0..60 {
         let (place, turn) = (1.8 * noise.vector().truncate(), std::f64::consts::TAU * noise.next());
@@ -41,14 +42,14 @@ fn a_paraboloid_is_cut_twice_touched_or_missed() {
         let target = place.extend(place.length_squared());
         for d in small() {
             let what = format!("at {place} along {along}, offset {d:e}");
-            let cut = offsets(&scene, target + d * DVec3::Z, direction);
+            let cut = offsets(&mut tracer, target + d * DVec3::Z, direction);
             if place.abs().max_element() + d.sqrt() < 1.0 {
                 assert_pair(&cut, d, |l| l * l - d, &what);
             }
-            let missed = offsets(&scene, target - d * DVec3::Z, direction);
+            let missed = offsets(&mut tracer, target - d * DVec3::Z, direction);
             assert!(missed.is_empty(), "{missed:?} {what}");
         }
-        let touched = offsets(&scene, target, direction);
+        let touched = offsets(&mut tracer, target, direction);
         assert!(!touched.is_empty() && touched.len() <= 2, "{touched:?} at {place} along {along}");
         assert!(touched.iter().all(|l| l * l < 1e-12), "{touched:?} at {place} along {along}");
     }
@@ -61,6 +62,7 @@ fn a_rational_cylinder_is_cut_twice_touched_or_missed() {
     let points =
         ring.iter().flat_map(|&(x, y, w)| [-1.0, 1.0].map(|z| DVec4::new(w * x, w * y, w * z, w))).collect();
     let scene = scene_of(vec![whole(BezierPatch::new([2, 1], points))]);
+    let mut tracer = scene.tracer();
     let mut noise = Noise(102);
     for _ in 0..60 {
         let phi = std::f64::consts::FRAC_PI_4 + noise.next();
@@ -71,12 +73,12 @@ fn a_rational_cylinder_is_cut_twice_touched_or_missed() {
         let target = outward + noise.next() * DVec3::Z;
         for d in small() {
             let what = format!("at angle {phi}, leaning {lean}, offset {d:e}");
-            let cut = offsets(&scene, target - d * outward, direction);
+            let cut = offsets(&mut tracer, target - d * outward, direction);
             assert_pair(&cut, d, |l| l * l + d * d - 2.0 * d, &what);
-            let missed = offsets(&scene, target + d * outward, direction);
+            let missed = offsets(&mut tracer, target + d * outward, direction);
             assert!(missed.is_empty(), "{missed:?} {what}");
         }
-        let touched = offsets(&scene, target, direction);
+        let touched = offsets(&mut tracer, target, direction);
         assert!(!touched.is_empty() && touched.len() <= 2, "{touched:?} at angle {phi}");
         assert!(touched.iter().all(|l| l * l < 1e-12), "{touched:?} at angle {phi}");
     }
@@ -90,27 +92,28 @@ fn saddle() -> TracedScene {
 #[test]
 fn beside_an_asymptotic_line_of_a_saddle_nothing_is_hit() {
     let scene = saddle();
+    let mut tracer = scene.tracer();
     let mut noise = Noise(103);
     for _ in 0..60 {
         let place = 1.8 * noise.vector().truncate();
         let target = place.extend(place.x * place.y);
-        TracedScene::take_statistics();
-        offsets(&scene, target, DVec3::new(1.0, 0.0, place.y));
-        let statistics = TracedScene::take_statistics();
+        tracer.take_statistics();
+        offsets(&mut tracer, target, DVec3::new(1.0, 0.0, place.y));
+        let statistics = tracer.take_statistics();
         assert!(statistics.in_surface > 0, "the line is in the surface: {statistics:?}");
         for d in small().flat_map(|d| [d, -d]) {
-            let found = offsets(&scene, target + d * DVec3::Z, DVec3::new(1.0, 0.0, place.y));
+            let found = offsets(&mut tracer, target + d * DVec3::Z, DVec3::new(1.0, 0.0, place.y));
             assert!(found.is_empty(), "{found:?} at {place}, offset {d:e}");
         }
-        assert_eq!(TracedScene::take_statistics().not_converged, 0);
+        assert_eq!(tracer.statistics().not_converged, 0);
     }
 }
 
 #[test]
 fn near_an_asymptotic_line_a_saddle_is_cut_twice_or_missed() {
     let scene = saddle();
+    let mut tracer = scene.tracer();
     let mut noise = Noise(104);
-    TracedScene::take_statistics();
     for number in 0..60 {
         let place = 1.2 * noise.vector().truncate();
         let target = place.extend(place.x * place.y);
@@ -123,12 +126,12 @@ fn near_an_asymptotic_line_a_saddle_is_cut_twice_or_missed() {
                 continue;
             }
             let what = format!("at {place}, e {e:e}, offset {d:e}");
-            assert_pair(&offsets(&scene, target + d * DVec3::Z, direction), d, |l| e * l * l - d, &what);
-            let missed = offsets(&scene, target - d * DVec3::Z, direction);
+            assert_pair(&offsets(&mut tracer, target + d * DVec3::Z, direction), d, |l| e * l * l - d, &what);
+            let missed = offsets(&mut tracer, target - d * DVec3::Z, direction);
             assert!(missed.is_empty(), "{missed:?} {what}");
         }
     }
-    assert_eq!(TracedScene::take_statistics().not_converged, 0);
+    assert_eq!(tracer.statistics().not_converged, 0);
 }
 
 /// z = x³ over [-1, 1]².
@@ -139,6 +142,7 @@ fn cubic() -> TracedScene {
 #[test]
 fn three_roots_at_an_inflection_are_found_or_one() {
     let scene = cubic();
+    let mut tracer = scene.tracer();
     let mut noise = Noise(105);
     for _ in 0..60 {
         let y = noise.next();
@@ -146,14 +150,14 @@ fn three_roots_at_an_inflection_are_found_or_one() {
             // roots 0 and ± sqrt(slope)
             let slope = libm::pow(10.0, -f64::from(k));
             let target = DVec3::new(0.0, y, 0.0);
-            let found = offsets(&scene, target, DVec3::new(1.0, noise.next(), slope));
+            let found = offsets(&mut tracer, target, DVec3::new(1.0, noise.next(), slope));
             assert_eq!(found.len(), 3, "{found:?} at y {y}, slope {slope:e}");
             for (root, want) in found.iter().zip([-1.0, 0.0, 1.0]) {
                 let residual = root * root * root - slope * root;
                 let close = (root - want * slope.sqrt()).abs() < 0.1 * slope.sqrt();
                 assert!(close && residual.abs() < RESIDUAL, "{found:?} at y {y}, slope {slope:e}");
             }
-            let found = offsets(&scene, target, DVec3::new(1.0, noise.next(), -slope));
+            let found = offsets(&mut tracer, target, DVec3::new(1.0, noise.next(), -slope));
             assert!(found.len() == 1 && found[0].abs() * slope < RESIDUAL, "{found:?} at {y}, {slope:e}");
         }
     }
@@ -162,13 +166,14 @@ fn three_roots_at_an_inflection_are_found_or_one() {
 #[test]
 fn a_crossing_at_a_triple_root_is_hit() {
     let scene = cubic();
+    let mut tracer = scene.tracer();
     let mut noise = Noise(106);
     for number in 0..400 {
         let y = noise.next();
         // within rounding of three roots in one, where the ray goes through the surface all the same
         let slope = if number % 4 == 0 { 0.0 } else { libm::pow(10.0, -10.0 - 8.0 * (noise.next() + 0.5)) };
         let target = DVec3::new(0.0, y, 0.0);
-        let found = offsets(&scene, target, DVec3::new(1.0, noise.next(), slope));
+        let found = offsets(&mut tracer, target, DVec3::new(1.0, noise.next(), slope));
         assert!(!found.is_empty(), "at y {y}, slope {slope:e}");
         assert!(found.iter().all(|l| l.abs() < 1e-4), "{found:?} at y {y}, slope {slope:e}");
     }
@@ -184,6 +189,7 @@ fn silhouettes_are_cut_twice_or_missed() {
         let spread = if case % 2 == 0 { 1.0 } else { 4.0 };
         let patch = random_patch(&mut noise, [2 + case % 3, 2 + case / 3 % 3], 0.8, spread);
         let scene = scene_of(vec![whole(patch.clone())]);
+        let mut tracer = scene.tracer();
         for _ in 0..20 {
             let st = 0.5 + 0.8 * noise.vector().truncate();
             let Some(direction) = near_tangent(&mut noise, &patch, st, 0.0) else { continue };
@@ -202,11 +208,11 @@ fn silhouettes_are_cut_twice_or_missed() {
                     found
                 };
                 let what = format!("case {case} at {st}, curvature {curvature}, offset {d:e}, want {want:e}");
-                let cut = near(offsets(&scene, point.position + inward, direction));
+                let cut = near(offsets(&mut tracer, point.position + inward, direction));
                 assert!(cut.len() == 2, "{cut:?} {what}");
                 let off = (cut[0] + want).abs().max((cut[1] - want).abs());
                 assert!(off < 0.1 * want, "{cut:?} {what}");
-                let missed = near(offsets(&scene, point.position - inward, direction));
+                let missed = near(offsets(&mut tracer, point.position - inward, direction));
                 assert!(missed.is_empty(), "{missed:?} {what}");
             }
         }

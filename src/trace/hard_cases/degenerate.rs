@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::test_support::cube_triangles;
-use crate::trace::Geometry;
 
 /// A patch whose edge t = 0 is one point, as a pole of a sphere is.
 fn pole(noise: &mut Noise) -> BezierPatch {
@@ -85,7 +84,7 @@ fn an_edge_without_a_partial_is_hit() {
         let x = if number % 4 == 0 { 0.0 } else { libm::pow(10.0, -15.0 * (noise.next() + 0.5)) };
         let target = DVec3::new(x, y, x);
         let direction = DVec3::new(0.3 * noise.next(), 0.3 * noise.next(), 1.0);
-        let found = offsets(&scene, target, direction);
+        let found = offsets(&mut scene.tracer(), target, direction);
         assert!(found.iter().any(|l| l.abs() < BOUND), "x {x:e}, y {y}: {found:?}");
     }
 }
@@ -95,7 +94,7 @@ fn an_edge_without_a_partial_is_hit() {
 fn rays_in_a_face_hit_the_faces_across() {
     let scene = scene_of(deform(&cube_triangles(), None, FrameChoice::Parallelogram));
     let mut noise = Noise(304);
-    TracedScene::take_statistics();
+    let mut tracer = scene.tracer();
     for number in 0..600 {
         let axis = number % 3;
         let side = if number / 3 % 2 == 0 { 0.0 } else { 1.0 };
@@ -113,7 +112,7 @@ fn rays_in_a_face_hit_the_faces_across() {
         let origin = 0.5 * (from + to) - REACH * direction;
         let mut ray = Ray::new(origin, direction);
         ray.direction[axis] += tilt;
-        let hits = scene.all(&ray);
+        let hits = tracer.all(&ray);
         let enters = (0..3)
             .filter(|&a| a != axis && direction[a] != 0.0)
             .map(|a| ((0.0 - origin[a]) / direction[a]).min((1.0 - origin[a]) / direction[a]))
@@ -122,9 +121,9 @@ fn rays_in_a_face_hit_the_faces_across() {
             hits.iter().any(|hit| (hit.t - enters).abs() < BOUND),
             "ray {number} enters at {enters}: {ray:?} {hits:?}"
         );
-        assert!(scene.any_hit(&ray) && scene.closest(&ray).is_some());
+        assert!(tracer.any(&ray) && tracer.closest(&ray).is_some());
     }
-    let statistics = TracedScene::take_statistics();
+    let statistics = tracer.statistics();
     assert!(statistics.in_surface > 100 && statistics.not_converged == 0, "{statistics:?}");
     assert!(statistics.boxes < 2000 * 64, "the search ends soon: {statistics:?}");
 }
@@ -146,13 +145,13 @@ fn rays_in_a_flat_patch_of_high_degree_end() {
         let bent = random_patch(&mut noise, degree, 0.1, 1.0);
         let points = bent.control_points().map(|point| point.with_z(0.0)).collect();
         let scene = scene_of(vec![whole(BezierPatch::new(degree, points))]);
-        TracedScene::take_statistics();
+        let mut tracer = scene.tracer();
         for _ in 0..100 {
             let target = 0.5 + 0.5 * noise.vector().truncate();
             let direction = noise.vector().truncate().normalize().extend(0.0);
-            scene.all(&Ray::new(target.extend(0.0) - REACH * direction, direction));
+            tracer.all(&Ray::new(target.extend(0.0) - REACH * direction, direction));
         }
-        let statistics = TracedScene::take_statistics();
+        let statistics = tracer.statistics();
         assert!(statistics.in_surface >= 100 && statistics.not_converged == 0, "{degree:?}: {statistics:?}");
     }
 }

@@ -3,7 +3,6 @@
 
 use super::*;
 use crate::test_support::{ball_triangles, cube_triangles, random_volume};
-use crate::trace::Geometry;
 
 /// Angles to the tangent plane at which the last Newton step is not to be relied on.
 const NEARLY_TANGENT: f64 = 1e-3;
@@ -36,9 +35,9 @@ fn assert_planted(scene: &TracedScene, planted: Planted, direction: DVec3) {
     let Planted { patch, st, tilt, bound, .. } = planted;
     let target = scene.objects()[0].patches[patch].patch.eval(st).position;
     let ray = Ray::new(target - REACH * direction, direction);
-    TracedScene::take_statistics();
-    let hits = scene.all(&ray);
-    let statistics = TracedScene::take_statistics();
+    let mut tracer = scene.tracer();
+    let hits = tracer.all(&ray);
+    let statistics = tracer.statistics();
     let what = format!("{planted:?}, {ray:?}: {hits:?} {statistics:?}");
     let distance = |hit: &PatchHit| (patch_of(scene, hit).patch.eval(hit.st).position - target).length();
     let found = |hit: &PatchHit| {

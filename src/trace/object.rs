@@ -1,0 +1,39 @@
+//! An object that rays are traced against, and the place on it that a ray hits.
+
+use glam::DVec2;
+
+use crate::patch::TrimmedPatch;
+
+use super::attributes::VertexAttributes;
+
+/// An object as patches.
+#[derive(Debug)]
+pub struct TracedObject {
+    /// Its name in the scene file.
+    pub name: String,
+    /// Its surface.
+    pub patches: Vec<TrimmedPatch>,
+    /// Its texture coordinates and normals for shading.
+    pub attributes: Box<dyn VertexAttributes>,
+}
+
+/// A hit on a patch, before anything but its place is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchHit {
+    /// Ray parameter.
+    pub t: f64,
+    /// Index of the object.
+    pub object: u32,
+    /// Index of the patch within the object.
+    pub patch: u32,
+    /// Parameters in the patch.
+    pub st: DVec2,
+    /// Index of the input face.
+    pub face: u32,
+    /// Index of the prepared polygon.
+    pub polygon: u32,
+    /// Whether the ray is tangent to the patch there, within rounding.
+    pub tangent: bool,
+    /// Whether the point belongs to the trim only for its tolerance: it is within rounding of a border.
+    pub on_border: bool,
+}
