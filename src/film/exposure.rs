@@ -1,14 +1,40 @@
 //! The samples of a tile of the picture.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
+use thiserror::Error;
 
 use super::film::Film;
 use super::filter::Filter;
 use super::image::Window;
+use super::pixel_sums::{BoxSums, Deviation, FilterSums, develop, numbers};
 use super::sample::{FirstHit, Sample};
+use super::sample_blocks::{BLOCK, SampleBlocks, read_u32};
 use super::settings::Aov;
 
+/// No sample of a pixel has hit anything.
+const NO_HIT: u32 = u32::MAX;
+
+/// Two shares of a picture cannot be put together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum MergeError {
+    /// They are of other tiles, filters or layers.
+    #[error("the samples are of another tile, filter or list of layers")]
+    OtherTile,
+    /// A block would be counted twice.
+    #[error("both have samples of one block")]
+    Overlap,
+}
+
 /// Sums of the samples of one tile, for all pixels that they count for.
+///
+/// The sums are kept by blocks of [`Self::BLOCK`] samples. Block b has each pixel's samples from `BLOCK` b on. Within a
+/// block, samples are added in the order of their indices, under filters that reach beyond a pixel in passes over the tile
+/// row by row. Blocks are combined along a binary tree: 2 k and 2 k + 1 to a pair, pairs 2 k and 2 k + 1 to four, and so on,
+/// the lower half first, as soon as both halves are full; what is left in the end is combined from the lowest block on;
+/// then the tiles that count for a pixel, row by row. So a picture whose tiles, and whose blocks of each tile, are exposed
+/// apart and merged in any order has the bits of one that is exposed at once.
 ///
 /// With the box filter a sample counts for its own pixel, and mean and variance are updated as Welford (1962) does, which
 /// keeps their digits. With others, a pixel is the sum of its samples' weighted values over that of their weights.
@@ -20,105 +46,17 @@ pub struct Exposure {
     filter: Filter,
     aovs: Vec<Aov>,
     /// For each pixel of `reach`, row by row, the numbers of a [`BoxSums`] or a [`FilterSums`].
-    sums: Vec<f64>,
+    sums: SampleBlocks,
     /// For each pixel of the tile the layers' values; they are never filtered.
     layers: Vec<f32>,
-    /// For each pixel of the tile, whether a sample has hit anything.
-    hit: Vec<bool>,
-}
-
-/// A pixel under the box filter: count, mean, sum of squared deviations from it, and sum of alpha.
-struct BoxSums;
-
-impl BoxSums {
-    const NUMBERS: usize = 8;
-
-    fn add(sums: &mut [f64], radiance: DVec3, alpha: f64) {
-        sums[0] += 1.0;
-        for (channel, value) in radiance.to_array().into_iter().enumerate() {
-            let before = value - sums[1 + channel];
-            sums[1 + channel] += before / sums[0];
-            sums[4 + channel] += before * (value - sums[1 + channel]);
-        }
-        sums[7] += alpha;
-    }
-
-    /// Mean, alpha and the mean's variance: the samples' variance s² = Σ(x - mean)² / (n - 1), over n. 0 for one sample,
-    /// which says nothing of it.
-    fn develop(sums: &[f64]) -> (DVec3, f64, DVec3) {
-        let count = sums[0];
-        let of_mean = if count < 2.0 { 0.0 } else { 1.0 / (count * (count - 1.0)) };
-        (DVec3::from_slice(&sums[1..]), sums[7] / count.max(1.0), DVec3::from_slice(&sums[4..]) * of_mean)
-    }
-}
-
-/// A pixel under other filters: sums over the samples of the pixels around it, of the weights w, of w x and w alpha; and what
-/// its variance needs, of [`Deviation`]'s.
-struct FilterSums;
-
-/// How far samples of one pixel are spread, as they count for one pixel: Σ w², and n / (n - 1) times the sums of squares and
-/// products of w x and w about their means. Samples are spread over each pixel alike, so that only their spread within it
-/// is chance.
-#[derive(Clone, Copy, Default)]
-struct Deviation {
-    count: f64,
-    weight: f64,
-    value: DVec3,
-    weight_sq: f64,
-    product: DVec3,
-    value_sq: DVec3,
-}
-
-impl Deviation {
-    fn add(&mut self, weight: f64, radiance: DVec3) {
-        let value = weight * radiance;
-        self.count += 1.0;
-        self.weight += weight;
-        self.value += value;
-        self.weight_sq += weight * weight;
-        self.product += weight * value;
-        self.value_sq += value * value;
-    }
-}
-
-impl FilterSums {
-    const NUMBERS: usize = 14;
-
-    fn add(sums: &mut [f64], alpha: f64, of_pixel: &Deviation) {
-        let Deviation { count, weight, value, weight_sq, product, value_sq } = *of_pixel;
-        sums[0] += weight;
-        sums[4] += alpha;
-        sums[5] += weight_sq;
-        let factor = if count > 1.0 { count / (count - 1.0) } else { 0.0 };
-        if factor > 0.0 {
-            sums[6] += weight_sq;
-        }
-        sums[7] += factor * (weight_sq - weight * weight / count);
-        for channel in 0..3 {
-            let (value, product, square) = (value[channel], product[channel], value_sq[channel]);
-            sums[1 + channel] += value;
-            sums[8 + channel] += factor * (product - weight * value / count);
-            sums[11 + channel] += factor * (square - value * value / count);
-        }
-    }
-
-    /// Weighted mean m and alpha, and the mean's variance: that of Σ w (x - m) over (Σ w)², as for a ratio of two sums to
-    /// first order (Cochran 1977, section 2.11). Samples that were alone in their pixel and pass are taken to be spread
-    /// as the others are.
-    fn develop(sums: &[f64]) -> (DVec3, f64, DVec3) {
-        let weight = sums[0];
-        if weight == 0.0 {
-            return (DVec3::ZERO, 0.0, DVec3::ZERO);
-        }
-        let mean = DVec3::from_slice(&sums[1..]) / weight;
-        let spread = DVec3::from_slice(&sums[11..]) - 2.0 * mean * DVec3::from_slice(&sums[8..])
-            + mean * mean * sums[7];
-        let known = if sums[6] > 0.0 { sums[5] / sums[6] } else { 0.0 };
-        (mean, sums[4] / weight, spread.max(DVec3::ZERO) * (known / (weight * weight)))
-    }
+    /// For each pixel of the tile, the block whose sample the layers are of.
+    hits: Vec<u32>,
 }
 
 impl Exposure {
+    /// Samples of each pixel in a block.
+    pub const BLOCK: u32 = BLOCK;
+
     pub(super) fn new(film: &Film, tile: Window) -> Self {
         let filter = film.filter();
         // what a tile of the border reaches of the crop can be nothing
@@ -130,8 +68,8 @@ impl Exposure {
         for _ in 0..tile.pixels() {
             push_layers(&aovs, None, &mut layers);
         }
-        let sums = vec![0.0; reach.pixels() * numbers(filter)];
-        Self { tile, reach, filter, aovs, sums, layers, hit: vec![false; tile.pixels()] }
+        let sums = SampleBlocks::new(filter, reach.pixels());
+        Self { tile, reach, filter, aovs, sums, layers, hits: vec![NO_HIT; tile.pixels()] }
     }
 
     /// The pixels whose samples these are.
@@ -139,24 +77,40 @@ impl Exposure {
         self.tile
     }
 
-    /// Adds samples of a pixel of the tile, each taken at `offset` from the pixel's corner, in `[0, 1)²`.
+    /// Samples of each pixel.
+    pub fn samples(&self) -> u32 {
+        self.sums.samples()
+    }
+
+    /// Whether the samples are those from index 0 on.
+    pub fn starts_at_zero(&self) -> bool {
+        self.sums.start_at_zero()
+    }
+
+    /// Adds samples of a pixel of the tile, from index `first` on, all of one block that has no later ones yet; each is taken
+    /// at `offset` from the pixel's corner, in `[0, 1)²`. When all pixels have theirs, [`Self::end_pass`] counts them.
     ///
     /// A sample whose radiance is no finite 32-bit float counts as black. Returns how many were not finite.
-    pub fn add(&mut self, pixel: [u32; 2], offsets: &[DVec2], samples: &[Sample]) -> u64 {
+    ///
+    /// # Panics
+    /// If the pixel is not of the tile, or the block is full.
+    pub fn add(&mut self, pixel: [u32; 2], first: u32, offsets: &[DVec2], samples: &[Sample]) -> u64 {
         let black = samples.iter().filter(|sample| !is_finite(sample)).count() as u64;
+        let block = first / BLOCK;
         if self.filter == Filter::Box {
-            if let Some(sums) = self.sums_of(pixel.map(i64::from)) {
+            if let Some(place) = self.place_of(pixel.map(i64::from)) {
+                let sums = &mut self.sums.of_block(block)[place * BoxSums::NUMBERS..][..BoxSums::NUMBERS];
                 samples.iter().for_each(|sample| BoxSums::add(sums, radiance(sample), sample.alpha));
             }
         } else {
-            self.splat(pixel, offsets, samples);
+            self.splat(pixel, block, offsets, samples);
         }
         let index = self.tile.index(pixel);
-        if !self.hit[index]
+        if block < self.hits[index]
             && let Some(first_hit) = samples.iter().find_map(|sample| sample.first_hit.as_ref())
         {
             // never a blend, so that ids and depths stay true
-            self.hit[index] = true;
+            self.hits[index] = block;
             let mut layers = Vec::with_capacity(layer_count(&self.aovs));
             push_layers(&self.aovs, Some(first_hit), &mut layers);
             let start = index * layers.len();
@@ -165,7 +119,7 @@ impl Exposure {
         black
     }
 
-    fn splat(&mut self, pixel: [u32; 2], offsets: &[DVec2], samples: &[Sample]) {
+    fn splat(&mut self, pixel: [u32; 2], block: u32, offsets: &[DVec2], samples: &[Sample]) {
         let (filter, border) = (self.filter, i64::from(self.filter.border()));
         let weights = |d: i64, of: fn(&DVec2) -> f64| {
             let weight = move |offset: &DVec2| filter.eval(d as f64 + 0.5 - of(offset));
@@ -175,7 +129,7 @@ impl Exposure {
         for dy in -border..=border {
             let down = weights(dy, |offset| offset.y);
             for (dx, across) in (-border..=border).zip(&across) {
-                let Some(sums) = self.sums_of([i64::from(pixel[0]) + dx, i64::from(pixel[1]) + dy]) else {
+                let Some(place) = self.place_of([i64::from(pixel[0]) + dx, i64::from(pixel[1]) + dy]) else {
                     continue;
                 };
                 let (mut of_pixel, mut alpha) = (Deviation::default(), 0.0);
@@ -185,18 +139,47 @@ impl Exposure {
                     alpha += weight * sample.alpha;
                 }
                 if of_pixel.weight_sq > 0.0 {
+                    let sums = &mut self.sums.of_block(block)[place * FilterSums::NUMBERS..];
                     FilterSums::add(sums, alpha, &of_pixel);
                 }
             }
         }
     }
 
-    /// The sums of a pixel, if there are any.
-    fn sums_of(&mut self, pixel: [i64; 2]) -> Option<&mut [f64]> {
+    /// Where a pixel's sums are, if there are any.
+    fn place_of(&self, pixel: [i64; 2]) -> Option<usize> {
         let place = [u32::try_from(pixel[0]).ok()?, u32::try_from(pixel[1]).ok()?];
-        let numbers = numbers(self.filter);
-        let start = place_in(self.reach, place)? * numbers;
-        self.sums.get_mut(start..start + numbers)
+        place_in(self.reach, place)
+    }
+
+    /// Counts the samples of a pass over all pixels of the tile: those of `indices`, within one block.
+    ///
+    /// # Panics
+    /// If the block would have more than [`Self::BLOCK`].
+    pub fn end_pass(&mut self, indices: Range<u32>) {
+        self.sums.count(indices.start / BLOCK, indices.end - indices.start);
+    }
+
+    /// Takes in the samples of other blocks of the same tile.
+    ///
+    /// # Errors
+    /// If `other` is not of the same tile and film, or has samples of a block that this has samples of. Nothing is changed
+    /// then.
+    pub fn merge(&mut self, other: Self) -> Result<(), MergeError> {
+        let place = |exposure: &Self| (exposure.tile, exposure.reach, exposure.filter);
+        if place(self) != place(&other) || self.aovs != other.aovs {
+            return Err(MergeError::OtherTile);
+        }
+        self.sums.merge(other.sums).ok_or(MergeError::Overlap)?;
+        let count = layer_count(&self.aovs);
+        for (pixel, (block, hit)) in self.hits.iter_mut().zip(other.hits).enumerate() {
+            if hit < *block {
+                *block = hit;
+                let layers = pixel * count..(pixel + 1) * count;
+                self.layers[layers.clone()].copy_from_slice(&other.layers[layers]);
+            }
+        }
+        Ok(())
     }
 
     /// Appends a finished pixel's channels: R, G, B, A, then the layers, of the samples of all tiles that are `near`.
@@ -206,12 +189,12 @@ impl Exposure {
         let sums = &mut sums[..numbers];
         for exposure in near {
             if let Some(place) = place_in(exposure.reach, pixel) {
-                let of_tile = &exposure.sums[place * numbers..][..numbers];
+                let mut of_tile = [0.0; FilterSums::NUMBERS];
+                exposure.sums.combined(place, &mut of_tile[..numbers]);
                 sums.iter_mut().zip(of_tile).for_each(|(sum, value)| *sum += value);
             }
         }
-        let (mean, alpha, variance) =
-            if self.filter == Filter::Box { BoxSums::develop(sums) } else { FilterSums::develop(sums) };
+        let (mean, alpha, variance) = develop(self.filter, sums);
         channels.extend([mean.x, mean.y, mean.z, alpha].map(to_f32));
         let count = layer_count(&self.aovs);
         let mut layers = self.layers[self.tile.index(pixel) * count..][..count].iter();
@@ -228,25 +211,19 @@ impl Exposure {
 
     /// Appends all that samples have changed.
     pub fn save(&self, bytes: &mut Vec<u8>) {
-        bytes.extend(self.sums.iter().flat_map(|sum| sum.to_le_bytes()));
+        self.sums.save(bytes);
         bytes.extend(self.layers.iter().flat_map(|value| value.to_le_bytes()));
-        bytes.extend(self.hit.iter().map(|&hit| u8::from(hit)));
+        bytes.extend(self.hits.iter().flat_map(|block| block.to_le_bytes()));
     }
 
     /// Takes what [`Self::save`] has written for a tile of the same film, from the front of `bytes`; `None` if it is not that.
     pub fn load(&mut self, bytes: &mut &[u8]) -> Option<()> {
-        for sum in &mut self.sums {
-            *sum = f64::from_le_bytes(*bytes.split_off(..8)?.as_array()?);
-        }
+        self.sums.load(bytes)?;
         for value in &mut self.layers {
             *value = f32::from_le_bytes(*bytes.split_off(..4)?.as_array()?);
         }
-        for hit in &mut self.hit {
-            *hit = match bytes.split_off_first()? {
-                0 => false,
-                1 => true,
-                _ => return None,
-            };
+        for block in &mut self.hits {
+            *block = read_u32(bytes)?;
         }
         Some(())
     }
@@ -269,10 +246,6 @@ fn place_in(window: Window, [x, y]: [u32; 2]) -> Option<usize> {
     inside.then(|| window.index([x, y]))
 }
 
-const fn numbers(filter: Filter) -> usize {
-    if matches!(filter, Filter::Box) { BoxSums::NUMBERS } else { FilterSums::NUMBERS }
-}
-
 fn layer_count(aovs: &[Aov]) -> usize {
     aovs.iter().map(|aov| aov.components().len()).sum()
 }
@@ -290,3 +263,6 @@ fn push_layers(aovs: &[Aov], hit: Option<&FirstHit>, layers: &mut Vec<f32>) {
 fn to_f32(value: f64) -> f32 {
     value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
 }
+
+#[cfg(test)]
+mod tests;

@@ -165,7 +165,7 @@ mod tests {
     fn develop(aovs: &[Aov], samples: &[Sample]) -> Vec<f32> {
         let film = Film::try_new(&FilmSettings { size: [1, 1], ..FilmSettings::default() }, aovs).unwrap();
         let mut exposure = film.exposure(film.tiles()[0]);
-        exposure.add([0, 0], &vec![DVec2::splat(0.5); samples.len()], samples);
+        exposure.add([0, 0], 0, &vec![DVec2::splat(0.5); samples.len()], samples);
         let image = film.develop([&exposure]);
         image.channels().iter().map(|channel| channel.values[0]).collect()
     }
@@ -202,7 +202,7 @@ mod tests {
     fn samples_that_are_not_finite_are_told_of() {
         let film = Film::try_new(&FilmSettings { size: [1, 1], ..FilmSettings::default() }, &[]).unwrap();
         let mut exposure = film.exposure(film.tiles()[0]);
-        let mut add = |radiance| exposure.add([0, 0], &[DVec2::splat(0.5)], &[sample(radiance, None)]);
+        let mut add = |radiance| exposure.add([0, 0], 0, &[DVec2::splat(0.5)], &[sample(radiance, None)]);
         assert_eq!(add(DVec3::ONE), 0);
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e39] {
             assert_eq!(add(DVec3::new(1.0, bad, 1.0)), 1, "{bad}");
@@ -221,9 +221,9 @@ mod tests {
             for tile in &mut tiles {
                 for place in tile.tile().places() {
                     if place == pixel {
-                        tile.add(place, &[offset], &[sample(DVec3::ONE, None)]);
+                        tile.add(place, 0, &[offset], &[sample(DVec3::ONE, None)]);
                     } else {
-                        tile.add(place, &[DVec2::splat(0.5)], &[sample(DVec3::ZERO, None)]);
+                        tile.add(place, 0, &[DVec2::splat(0.5)], &[sample(DVec3::ZERO, None)]);
                     }
                 }
             }

@@ -12,13 +12,15 @@ mod image_file;
 mod layers;
 mod overlay;
 mod picture_file;
+mod pixel_sums;
 mod raster;
 mod sample;
+mod sample_blocks;
 mod settings;
 
 pub use self::image::{Channel, Image, Window};
 pub use animated_png::encode_animation;
-pub use exposure::Exposure;
+pub use exposure::{Exposure, MergeError};
 pub use exr_file::{ExrHeader, write_exr, write_layers};
 pub use film::{Film, FilmError};
 pub use filter::Filter;

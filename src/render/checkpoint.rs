@@ -16,7 +16,7 @@ use crate::film::Exposure;
 use crate::output::{OutputError, write_whole};
 
 /// The first line.
-const KIND: &str = "trimray checkpoint 1\n";
+const KIND: &str = "trimray checkpoint 2\n";
 
 /// Length of the hash at the end.
 const HASH_BYTES: usize = 32;
@@ -147,10 +147,7 @@ impl CheckpointFile {
         let mut bytes = KIND.as_bytes().to_vec();
         serde_json::to_writer(&mut bytes, &self.identity).map_err(encode)?;
         bytes.push(b'\n');
-        job.for_each_tile(|exposure, samples| {
-            bytes.extend(samples.to_le_bytes());
-            exposure.save(&mut bytes);
-        });
+        job.for_each_tile(|exposure| exposure.save(&mut bytes));
         let hash = blake3::hash(&bytes);
         bytes.extend(hash.as_bytes());
         write_whole(&self.path, &bytes)
@@ -206,24 +203,18 @@ impl Checkpoint {
     ///
     /// # Errors
     /// If the file has other tiles, or a number of samples that `spp` cannot go on from.
-    pub(super) fn restore<'t>(
-        &self,
-        tiles: impl Iterator<Item = (&'t mut Exposure, &'t mut u32)>,
-        spp: u32,
-    ) -> Result<(), CheckpointError> {
+    pub(super) fn restore(&self, tiles: &mut [Exposure], spp: u32) -> Result<(), CheckpointError> {
         let not_one = || CheckpointError::NotOne { path: self.path.clone() };
         let mut bytes = &self.bytes[..];
-        for (exposure, samples) in tiles {
-            let saved = bytes.split_off(..4).and_then(|bytes| bytes.as_array()).ok_or_else(not_one)?;
-            *samples = u32::from_le_bytes(*saved);
-            if *samples > spp || (*samples < spp && !samples.is_multiple_of(PASS)) {
-                return Err(CheckpointError::Samples {
-                    path: self.path.clone(),
-                    saved: *samples,
-                    asked: spp,
-                });
-            }
+        for exposure in tiles {
             exposure.load(&mut bytes).ok_or_else(not_one)?;
+            let samples = exposure.samples();
+            if samples > spp || (samples < spp && !samples.is_multiple_of(PASS)) {
+                return Err(CheckpointError::Samples { path: self.path.clone(), saved: samples, asked: spp });
+            }
+            if !exposure.starts_at_zero() {
+                return Err(not_one());
+            }
         }
         if bytes.is_empty() { Ok(()) } else { Err(not_one()) }
     }

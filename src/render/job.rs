@@ -15,20 +15,16 @@ use crate::shade::{
 };
 use crate::trace::{Geometry, RayTracer};
 
-/// Samples of each pixel in a pass: as many rays as are traced side by side. With filters, a pixel's sums are added up pass by
-/// pass, so that another number would change their last bits.
+/// Samples of each pixel in a pass: as many rays as are traced side by side. With filters, the sums of a block are added up
+/// pass by pass, so that another number would change their last bits.
 pub(super) const PASS: u32 = 16;
+
+const _: () =
+    assert!(Exposure::BLOCK.is_multiple_of(PASS), "passes lie within the blocks that the sums are kept by");
 
 /// Pixels along the side of the square whose paths are followed together: enough that few rays of a packet are missing
 /// where paths end, and few enough that all fits the caches.
 const GROUP_SIDE: u32 = 4;
-
-/// What has been done of a tile.
-struct Progress {
-    exposure: Exposure,
-    /// Samples of each pixel.
-    samples: u32,
-}
 
 /// A picture being rendered.
 pub(super) struct Job<'a, G> {
@@ -38,7 +34,8 @@ pub(super) struct Job<'a, G> {
     settings: &'a RenderSettings,
     integrator: PathIntegrator,
     control: &'a RenderControl<'a>,
-    tiles: Vec<Mutex<Progress>>,
+    /// What has been done of each tile.
+    tiles: Vec<Mutex<Exposure>>,
 }
 
 /// Why a thread stops before the last sample.
@@ -89,11 +86,9 @@ impl<'a, G: Geometry> Job<'a, G> {
         (film, settings): (&'a Film, &'a RenderSettings),
         control: &'a RenderControl<'a>,
     ) -> Result<Self, CheckpointError> {
-        let start = |tile| Progress { exposure: film.exposure(tile), samples: 0 };
-        let mut tiles: Vec<Progress> = film.tiles().into_iter().map(start).collect();
+        let mut tiles: Vec<Exposure> = film.tiles().into_iter().map(|tile| film.exposure(tile)).collect();
         if let Some(checkpoint) = control.resume {
-            let tiles = tiles.iter_mut().map(|tile| (&mut tile.exposure, &mut tile.samples));
-            checkpoint.restore(tiles, settings.spp)?;
+            checkpoint.restore(&mut tiles, settings.spp)?;
         }
         let tiles = tiles.into_iter().map(Mutex::new).collect();
         let integrator = PathIntegrator::new(settings);
@@ -103,8 +98,8 @@ impl<'a, G: Geometry> Job<'a, G> {
     /// Renders what is missing; what is done stays in the tiles whether it ends well or not.
     pub(super) fn run(&self) -> Result<RenderStatistics, RenderError> {
         let spp = self.settings.spp;
-        let pixels = |tile: &Mutex<Progress>| lock(tile).exposure.tile().pixels() as u64;
-        let done = |tile: &Mutex<Progress>| pixels(tile) * u64::from(lock(tile).samples);
+        let pixels = |tile: &Mutex<Exposure>| lock(tile).tile().pixels() as u64;
+        let done = |tile: &Mutex<Exposure>| pixels(tile) * u64::from(lock(tile).samples());
         let total = self.tiles.iter().map(pixels).sum::<u64>() * u64::from(spp);
         let samples = AtomicU64::new(self.tiles.iter().map(done).sum());
         let mut statistics = RenderStatistics::default();
@@ -112,7 +107,7 @@ impl<'a, G: Geometry> Job<'a, G> {
             let end = spp.min(start.saturating_add(PASS));
             let buffers = || Buffers::new(self.scene.geometry.tracer());
             let of_tile =
-                |buffers: &mut Buffers<_>, tile: &Mutex<Progress>| -> Result<RenderStatistics, Stop> {
+                |buffers: &mut Buffers<_>, tile: &Mutex<Exposure>| -> Result<RenderStatistics, Stop> {
                     let statistics = self.advance(tile, end, buffers)?;
                     let done = samples.fetch_add(statistics.samples, Ordering::Relaxed) + statistics.samples;
                     (self.control.progress)(done, total);
@@ -138,17 +133,15 @@ impl<'a, G: Geometry> Job<'a, G> {
     /// Brings a tile to `end` samples of each pixel, or leaves it as it is.
     fn advance(
         &self,
-        tile: &Mutex<Progress>,
+        tile: &Mutex<Exposure>,
         end: u32,
         buffers: &mut Buffers<G::Tracer<'_>>,
     ) -> Result<RenderStatistics, Stop> {
-        let (mut exposure, start) = {
-            let progress = lock(tile);
-            if progress.samples >= end {
-                return Ok(RenderStatistics::default());
-            }
-            (progress.exposure.clone(), progress.samples)
-        };
+        let mut exposure = lock(tile).clone();
+        let start = exposure.samples();
+        if start >= end {
+            return Ok(RenderStatistics::default());
+        }
         // a tile that was left as it was does not count
         buffers.take_statistics();
         for group in exposure.tile().tiles(GROUP_SIDE) {
@@ -156,12 +149,13 @@ impl<'a, G: Geometry> Job<'a, G> {
             self.expose(group, [start, end], buffers, &mut exposure);
         }
         let statistics = buffers.take_statistics();
+        exposure.end_pass(start..end);
         if let Some(preview) = self.control.preview
             && let Some((window, channels)) = self.film.develop_tile(&exposure, &[&exposure])
         {
             preview.show(window, &channels);
         }
-        *lock(tile) = Progress { exposure, samples: end };
+        *lock(tile) = exposure;
         Ok(statistics)
     }
 
@@ -202,33 +196,32 @@ impl<'a, G: Geometry> Job<'a, G> {
         let of_pixel = (end - start) as usize;
         let taken = offsets.chunks(of_pixel).zip(samples.chunks(of_pixel));
         for (pixel, (offsets, samples)) in group.places().zip(taken) {
-            statistics.non_finite_samples += exposure.add(pixel, offsets, samples);
+            statistics.non_finite_samples += exposure.add(pixel, start, offsets, samples);
         }
     }
 }
 
 impl<G> Job<'_, G> {
-    /// Calls `visit` with each tile's samples and how many of each pixel they are, in the tiles' order.
-    pub(super) fn for_each_tile(&self, mut visit: impl FnMut(&Exposure, u32)) {
+    /// Calls `visit` with each tile's samples, in the tiles' order.
+    pub(super) fn for_each_tile(&self, mut visit: impl FnMut(&Exposure)) {
         for tile in &self.tiles {
-            let progress = lock(tile);
-            visit(&progress.exposure, progress.samples);
+            visit(&lock(tile));
         }
     }
 
     /// The picture, and the least and greatest number of samples of a pixel.
     pub(super) fn finish(self) -> (Image, [u32; 2]) {
-        let tiles: Vec<Progress> = self
+        let tiles: Vec<Exposure> = self
             .tiles
             .into_iter()
             .map(|tile| tile.into_inner().expect("a panic has ended the render"))
             .collect();
-        let samples = || tiles.iter().map(|tile| tile.samples);
+        let samples = || tiles.iter().map(Exposure::samples);
         let range = [samples().min().unwrap_or(0), samples().max().unwrap_or(0)];
-        (self.film.develop(tiles.iter().map(|tile| &tile.exposure)), range)
+        (self.film.develop(&tiles), range)
     }
 }
 
-fn lock(tile: &Mutex<Progress>) -> std::sync::MutexGuard<'_, Progress> {
+fn lock(tile: &Mutex<Exposure>) -> std::sync::MutexGuard<'_, Exposure> {
     tile.lock().expect("another thread's panic ends the render")
 }
