@@ -57,6 +57,7 @@ pub mod deviation;
 pub mod difference;
 pub mod export;
 pub mod film;
+pub mod identity;
 pub mod manipulate;
 mod math;
 pub mod mesh;

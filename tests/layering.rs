@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the pipeline; each may use those before it.
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 25] = [
     "math",
     "output",
     "suggestion",
@@ -22,8 +22,9 @@ const ORDER: [&str; 24] = [
     "film",
     "difference",
     "shade",
-    "render",
     "scene",
+    "identity",
+    "render",
     "export",
     "compare",
     "reference_test",

@@ -11,8 +11,8 @@ use trimray::compare::{
     CompareError, CompareSettings, METRICS, Made, MethodFigures, SceneFigures, measure, needed,
 };
 use trimray::difference::{self, Comparison};
-use trimray::export::PictureSettings;
 use trimray::film::{LayeredPicture, encode_png, encode_raster, read_layers, write_exr};
+use trimray::identity::PictureIdentity;
 use trimray::output::{OutputError, check_writable, write_whole};
 use trimray::render::RenderError;
 use trimray::report::{MethodPictures, ShownScene, comparison_page};
@@ -169,7 +169,7 @@ impl CompareArgs {
         let stem = made.scene.path.file_stem().unwrap_or_default().to_string_lossy();
         let method = if made.result.noise { "noise".to_owned() } else { made.result.method.to_string() };
         let path = self.output.join(format!("{stem}_{}.exr", method.replace(':', "_")));
-        let settings = PictureSettings::of(made.scene, made.built).context("the scene's hash")?;
+        let settings = PictureIdentity::new(made.scene, made.built);
         let header = settings.header(made.scene, made.camera);
         write_exr(&path, &made.result.image, &header)?;
         read_layers(&path).map_err(|error| CliError::Failed(error.into()))

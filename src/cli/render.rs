@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
 use clap::Args;
 
-use trimray::export::PictureSettings;
 use trimray::film::{FilmSettings, write_exr, write_png};
+use trimray::identity::PictureIdentity;
 use trimray::output::check_writable;
 use trimray::render::{Checkpoint, CheckpointFile, RenderControl, RenderError, Rendered, TevPreview, render};
 use trimray::scene::{Choice, SceneDescription, parse_crop, parse_size, validate_film};
@@ -96,11 +95,11 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
     }
     let settings = match (&args.checkpoint, format) {
         (None, Format::Png) => None,
-        _ => Some(PictureSettings::of(&scene, &built).context("the scene's hash")?),
+        _ => Some(PictureIdentity::new(&scene, &built)),
     };
     let interval = Duration::from_secs_f64(args.checkpoint_interval);
     let checkpoint = args.checkpoint.clone().zip(settings.as_ref());
-    let checkpoint = checkpoint.map(|(state, settings)| settings.checkpoint_file(state, interval));
+    let checkpoint = checkpoint.map(|(state, settings)| CheckpointFile::new(state, settings, interval));
     let resume = args.resumed(checkpoint.as_ref())?;
     let preview = args.open_preview(&path, &scene.film);
     let bar = progress_bar(pixels(&scene.film) * u64::from(scene.render.spp), args.quiet);

@@ -1,15 +1,11 @@
-//! Beside the pipeline: the exact result, or triangles close to it, in files of other programs; and what a picture's header says
-//! of the scene.
+//! Beside the pipeline: the exact result, or triangles close to it, in files of other programs.
 
 mod json;
-mod material_json;
 mod meshes;
 mod mitsuba;
 mod mitsuba_material;
-mod picture_settings;
 pub(crate) mod xml;
 
 pub use json::{exact_patches, to_json};
 pub use meshes::{NamedMesh, Precision, obj, ply};
 pub use mitsuba::{ExportedFile, MITSUBA_NAMES, MITSUBA_SCENE, is_exported, mitsuba_scene};
-pub use picture_settings::PictureSettings;

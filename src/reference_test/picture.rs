@@ -6,8 +6,8 @@ use std::path::Path;
 
 use thiserror::Error;
 
-use crate::export::PictureSettings;
 use crate::film::{Area, ExrHeader, Image, LayeredChannel, LayeredPicture, Numbers, Part, SampleKind};
+use crate::identity::PictureIdentity;
 use crate::render::{RenderControl, RenderError, Rendered, render};
 use crate::scene::{SceneDescription, SceneError};
 use crate::shade::{Camera, CameraError};
@@ -21,7 +21,7 @@ pub enum MakeError {
     /// Its camera makes no picture.
     #[error("[camera]: {0}")]
     Camera(#[from] CameraError),
-    /// A file of the scene cannot be read again, or what is recorded of it cannot be written.
+    /// A file of the scene cannot be read again.
     #[error(transparent)]
     Files(#[from] io::Error),
     /// Rendering failed or was interrupted.
@@ -77,7 +77,7 @@ pub fn make_picture(scene: &SceneDescription, control: &RenderControl<'_>) -> Re
     let camera = Camera::try_new(&built.camera, scene.film.size)?;
     let Rendered { image, statistics, .. } =
         render(&built.shading(), &camera, &scene.film, &scene.render, control)?;
-    let header = PictureSettings::of(scene, &built)?.header(scene, &camera);
+    let header = PictureIdentity::new(scene, &built).header(scene, &camera);
     Ok(MadePicture { image, header, non_finite_samples: statistics.non_finite_samples })
 }
 

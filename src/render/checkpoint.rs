@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::job::{Job, PASS};
 use crate::film::Exposure;
+use crate::identity::PictureIdentity;
 use crate::output::{OutputError, write_whole};
 
 /// The first line.
@@ -72,20 +72,11 @@ pub enum CheckpointError {
     },
 }
 
-/// What a picture is, to tell checkpoints of others apart.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Identity {
-    version: String,
-    scene: String,
-    /// All other settings that decide the pixels, but for the number of samples.
-    settings: serde_json::Value,
-}
-
 /// Where a render's state is saved.
 #[derive(Debug)]
 pub struct CheckpointFile {
     path: PathBuf,
-    identity: Identity,
+    identity: PictureIdentity,
     interval: Duration,
     saved: Mutex<Instant>,
 }
@@ -99,11 +90,9 @@ pub struct Checkpoint {
 }
 
 impl CheckpointFile {
-    /// Saves to `path` every `interval`; `scene_hash` and `settings` are what the picture depends on, but for its samples.
-    pub fn new(path: PathBuf, scene_hash: String, settings: serde_json::Value, interval: Duration) -> Self {
-        let version = env!("CARGO_PKG_VERSION").to_owned();
-        let identity = Identity { version, scene: scene_hash, settings };
-        Self { path, identity, interval, saved: Mutex::new(Instant::now()) }
+    /// Saves to `path` every `interval`; a state serves for any number of samples of a picture.
+    pub fn new(path: PathBuf, identity: &PictureIdentity, interval: Duration) -> Self {
+        Self { path, identity: identity.without_samples(), interval, saved: Mutex::new(Instant::now()) }
     }
 
     /// The state that was saved here.
@@ -117,10 +106,10 @@ impl CheckpointFile {
             Err(source) => return Err(CheckpointError::Io { path, source }),
         };
         let Some((identity, start)) = parse(&bytes) else { return Err(CheckpointError::NotOne { path }) };
-        if identity.version != self.identity.version {
-            return Err(CheckpointError::OtherVersion { path, found: identity.version });
+        if identity.version() != self.identity.version() {
+            return Err(CheckpointError::OtherVersion { path, found: identity.version().to_owned() });
         }
-        if let Some(what) = difference(&self.identity, &identity) {
+        if let Some(what) = self.identity.difference(&identity) {
             return Err(CheckpointError::OtherPicture { path, what });
         }
         bytes.truncate(bytes.len() - HASH_BYTES);
@@ -160,7 +149,7 @@ impl CheckpointFile {
 }
 
 /// What the file is of, and where its tiles start.
-fn parse(bytes: &[u8]) -> Option<(Identity, usize)> {
+fn parse(bytes: &[u8]) -> Option<(PictureIdentity, usize)> {
     let (content, hash) = bytes.split_at_checked(bytes.len().checked_sub(HASH_BYTES)?)?;
     if blake3::hash(content).as_bytes() != hash {
         return None;
@@ -168,34 +157,6 @@ fn parse(bytes: &[u8]) -> Option<(Identity, usize)> {
     let rest = content.strip_prefix(KIND.as_bytes())?;
     let end = rest.iter().position(|&byte| byte == b'\n')?;
     Some((serde_json::from_slice(&rest[..end]).ok()?, KIND.len() + end + 1))
-}
-
-/// What is not the same, if anything: the settings' names, or the scene.
-fn difference(ours: &Identity, theirs: &Identity) -> Option<String> {
-    let mut names = Vec::new();
-    list_differences("", &ours.settings, &theirs.settings, &mut names);
-    if names.is_empty() && ours.scene != theirs.scene {
-        names.push("the scene".to_owned());
-    }
-    (!names.is_empty()).then(|| names.join(", "))
-}
-
-fn list_differences(
-    name: &str,
-    ours: &serde_json::Value,
-    theirs: &serde_json::Value,
-    names: &mut Vec<String>,
-) {
-    match (ours.as_object(), theirs.as_object()) {
-        (Some(a), Some(b)) => {
-            for key in a.keys().chain(b.keys().filter(|key| !a.contains_key(*key))) {
-                let name = if name.is_empty() { key.clone() } else { format!("{name}.{key}") };
-                list_differences(&name, &ours[key], &theirs[key], names);
-            }
-        }
-        _ if ours != theirs => names.push(name.to_owned()),
-        _ => {}
-    }
 }
 
 impl Checkpoint {

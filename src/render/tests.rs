@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec3};
 
 use super::*;
 use crate::film::{Aov, Filter};
+use crate::identity::PictureIdentity;
 use crate::shade::testing::{Shape, Shapes};
 use crate::shade::{
     CameraSettings, FovAxis, IntegratorKind, Light, LightSet, Material, PreparedMaterial, Projection,
@@ -555,8 +556,8 @@ fn interrupted_renders_go_on_to_the_same_picture() {
         let whole = setup.render();
         let path = folder.path().join(format!("{filter:?}"));
         let file = |settings: &str| {
-            let settings = serde_json::json!({ "of": settings });
-            CheckpointFile::new(path.clone(), "hash".to_owned(), settings, std::time::Duration::ZERO)
+            let identity = PictureIdentity::of_settings(serde_json::json!({ "of": settings }));
+            CheckpointFile::new(path.clone(), &identity, std::time::Duration::ZERO)
         };
         let geometry = Shapes(setup.shapes.clone());
         let lights = LightSet::try_new(&setup.lights, &[]).unwrap();

@@ -1,61 +1,16 @@
-//! What a picture was made of, for its header and for checkpoints.
-
-use std::path::PathBuf;
-use std::time::Duration;
+//! All that decides a picture's pixels besides geometry, by the scene file's names.
 
 use glam::{DAffine3, DVec3};
 use serde_json::json;
 
-use crate::film::{Aov, ExrHeader, Picture};
-use crate::render::CheckpointFile;
-use crate::scene::{BuiltScene, Choice, SceneDescription};
-use crate::shade::{Camera, Light, Projection};
-
+use super::digest::Digest;
 use super::material_json::material_json;
-
-/// All that a picture depends on.
-#[derive(Debug)]
-pub struct PictureSettings {
-    /// What decides the pixels besides geometry.
-    settings: serde_json::Value,
-    /// See [`scene_hash`].
-    scene_hash: String,
-}
-
-impl PictureSettings {
-    /// Those of a scene and what was built of it.
-    ///
-    /// # Errors
-    /// None in practice: what is hashed is written to memory.
-    pub fn of(scene: &SceneDescription, built: &BuiltScene) -> std::io::Result<Self> {
-        let settings = settings_json(scene, built);
-        let scene_hash = scene_hash(settings.clone(), built)?;
-        Ok(Self { settings, scene_hash })
-    }
-
-    /// What an EXR file's header says of the picture.
-    pub fn header(&self, scene: &SceneDescription, camera: &Camera) -> ExrHeader {
-        ExrHeader {
-            camera_from_world: camera.camera_from_world(),
-            screen_window_width: camera.screen_window_width(),
-            scene_hash: self.scene_hash.clone(),
-            seed: scene.render.seed,
-            spp: scene.render.spp,
-            settings: self.settings.to_string(),
-            reference_scene: None,
-        }
-    }
-
-    /// Where the picture's state is saved; a state serves for any number of samples.
-    pub fn checkpoint_file(&self, path: PathBuf, interval: Duration) -> CheckpointFile {
-        let mut settings = self.settings.clone();
-        settings["render"]["spp"] = serde_json::Value::Null;
-        CheckpointFile::new(path, self.scene_hash.clone(), settings, interval)
-    }
-}
+use crate::film::{Aov, Picture};
+use crate::scene::{BuiltScene, Choice, SceneDescription};
+use crate::shade::{Light, Projection};
 
 /// All that decides the pixels besides geometry, which the hash stands for.
-fn settings_json(scene: &SceneDescription, built: &BuiltScene) -> serde_json::Value {
+pub(super) fn settings_json(scene: &SceneDescription, built: &BuiltScene) -> serde_json::Value {
     let (camera, film, render) = (&built.camera, &scene.film, &scene.render);
     let materials = scene.objects.iter().zip(&built.materials).map(|(object, prepared)| {
         let mut material = material_json(&scene.material_of(object));
@@ -124,25 +79,7 @@ fn light_json(light: &Light, built: &BuiltScene) -> serde_json::Value {
 
 /// Hash of a picture's pixels, row by row, red, green, blue, each as a 32-bit float of little endian.
 fn picture_hash(picture: &Picture) -> String {
-    let mut hasher = blake3::Hasher::new();
-    for row in picture.pixels.chunks(picture.size[0] as usize) {
-        let bytes: Vec<u8> = row.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
-        hasher.update(&bytes);
-    }
-    hasher.finalize().to_hex()[..32].to_owned()
-}
-
-/// Hash of what the scene shows: its patches, materials, lights, camera and picture size; not of seed or samples.
-fn scene_hash(mut settings: serde_json::Value, built: &BuiltScene) -> std::io::Result<String> {
-    settings["render"] = serde_json::Value::Null;
-    settings["film"]["crop"] = serde_json::Value::Null;
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(settings.to_string().as_bytes());
-    hasher.update(&crate::export::exact_patches(built)?);
-    for object in built.traced.objects() {
-        let mut numbers = Vec::new();
-        object.attributes.each_number(&mut |number| numbers.extend(number.to_le_bytes()));
-        hasher.update(blake3::hash(&numbers).as_bytes());
-    }
-    Ok(hasher.finalize().to_hex()[..32].to_owned())
+    let mut digest = Digest::default();
+    picture.pixels.iter().flatten().for_each(|value| digest.bytes(&value.to_le_bytes()));
+    digest.finish()
 }
