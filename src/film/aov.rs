@@ -3,10 +3,38 @@
 use glam::{DVec2, DVec3};
 
 use super::sample::FirstHit;
-use super::settings::Aov;
 
 /// Id of a pixel where no surface is.
 const NO_ID: f64 = -1.0;
+
+/// An arbitrary output variable: a layer of the EXR beside the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Aov {
+    /// `depth.T`: distance from the camera.
+    Depth,
+    /// `position.X/Y/Z`.
+    Position,
+    /// `normal.X/Y/Z`: shading normal.
+    Normal,
+    /// `geo_normal.X/Y/Z`: geometric normal.
+    GeoNormal,
+    /// `uv.U/V`: texture coordinates.
+    Uv,
+    /// `st.S/T`: parameters in the patch.
+    St,
+    /// `rest.X/Y/Z`: place on the undeformed object.
+    Rest,
+    /// `object.I`.
+    Object,
+    /// `face.I`.
+    Face,
+    /// `patch.I`.
+    Patch,
+    /// `albedo.R/G/B`.
+    Albedo,
+    /// `variance.R/G/B`: variance of the pixel's mean.
+    Variance,
+}
 
 impl Aov {
     /// All of them, in the order of the documentation.

@@ -5,13 +5,12 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 use thiserror::Error;
 
-use super::film::Film;
+use super::aov::Aov;
 use super::filter::Filter;
 use super::image::Window;
 use super::pixel_sums::{BoxSums, Deviation, FilterSums, develop, numbers};
 use super::sample::{FirstHit, Sample};
 use super::sample_blocks::{BLOCK, SampleBlocks, read_u32};
-use super::settings::Aov;
 
 /// No sample of a pixel has hit anything.
 const NO_HIT: u32 = u32::MAX;
@@ -57,17 +56,17 @@ impl Exposure {
     /// Samples of each pixel in a block.
     pub const BLOCK: u32 = BLOCK;
 
-    pub(super) fn new(film: &Film, tile: Window) -> Self {
-        let filter = film.filter();
+    /// No samples of a tile of the picture, which is `window`.
+    pub(super) fn new(tile: Window, window: Window, filter: Filter, aovs: &[Aov]) -> Self {
         // what a tile of the border reaches of the crop can be nothing
         let around = tile.grown(filter.border(), Window { x: 0, y: 0, width: u32::MAX, height: u32::MAX });
         let nothing = Window { x: tile.x, y: tile.y, width: 0, height: 0 };
-        let reach = around.intersection(film.window()).unwrap_or(nothing);
-        let aovs = film.aovs().to_vec();
+        let reach = around.intersection(window).unwrap_or(nothing);
         let mut layers = Vec::new();
         for _ in 0..tile.pixels() {
-            push_layers(&aovs, None, &mut layers);
+            push_layers(aovs, None, &mut layers);
         }
+        let aovs = aovs.to_vec();
         let sums = SampleBlocks::new(filter, reach.pixels());
         Self { tile, reach, filter, aovs, sums, layers, hits: vec![NO_HIT; tile.pixels()] }
     }

@@ -12,7 +12,7 @@ use glam::{DMat3, DMat4, DVec3};
 
 use super::image::Image;
 use super::layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind};
-use super::picture_file::{Picture, PictureError};
+use super::picture::{Picture, PictureError};
 use crate::output::{OutputError, write_whole};
 
 /// What the file's header says of how the picture was made.

@@ -2,10 +2,11 @@
 
 use thiserror::Error;
 
+use super::aov::Aov;
 use super::exposure::Exposure;
 use super::filter::Filter;
 use super::image::{Image, Window};
-use super::settings::{Aov, FilmSettings};
+use super::settings::FilmSettings;
 
 /// Pixels along a tile's side: enough work to be worth handing out, and tiles enough for all threads of a small picture.
 /// Sums of several tiles are added in the tiles' order, so that another side would change the last bits of pixels.
@@ -97,7 +98,7 @@ impl Film {
 
     /// A tile without samples.
     pub fn exposure(&self, tile: Window) -> Exposure {
-        Exposure::new(self, tile)
+        Exposure::new(tile, self.window, self.filter, &self.aovs)
     }
 
     /// An unexposed picture: R, G, B, A, then the layers.

@@ -8,8 +8,8 @@ use image::{DynamicImage, ImageFormat, RgbImage, Rgba, RgbaImage};
 
 use super::image::Image;
 use super::layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind};
-use super::picture_file::{Picture, PictureError};
-use super::raster::Raster;
+use super::picture::{Picture, PictureError};
+use super::raster::{Raster, to_byte};
 use crate::output::{OutputError, write_whole};
 
 /// Least coverage by which colours are divided: half a step of an 8-bit alpha. Below it the pixel
@@ -66,16 +66,6 @@ pub fn encode_raster(raster: &Raster) -> Result<Vec<u8>, String> {
 fn to_srgb(linear: f32) -> u8 {
     let linear = f64::from(linear);
     to_byte(if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 })
-}
-
-/// `[0, 1]` to the nearest of 0..=255; what is outside is clamped, NaN is 0.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "the clamped value is in range, and the cast takes NaN to 0"
-)]
-pub(super) fn to_byte(value: f64) -> u8 {
-    (255.0 * value.clamp(0.0, 1.0)).round() as u8
 }
 
 /// Decodes a PNG, JPEG or Radiance HDR file; sRGB becomes linear light unless `raw`.

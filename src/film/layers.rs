@@ -1,10 +1,5 @@
 //! Pictures with all that their files hold: parts, windows, channels and what is recorded of their making.
 
-use std::path::Path;
-
-use super::picture_file::{PictureError, read_bytes};
-use super::{exr_file, image_file};
-
 /// A rectangle of pixels that may begin left of or above the origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Area {
@@ -188,73 +183,9 @@ pub struct LayeredPicture {
     pub notes: Vec<String>,
 }
 
-/// Reads all that a picture's file holds: EXR, Radiance HDR, PNG or JPEG, told by the file's first bytes.
-///
-/// EXR: every part with every channel, whole numbers kept exactly; of pictures at several resolutions the largest. PNG and JPEG
-/// have one part of channels `R`, `G`, `B`, or `Y`, and `A` if there is one: n/255 or n/65535, with the sRGB curve left as it
-/// is. No colour is converted.
-///
-/// # Errors
-/// If the file cannot be read or is not such a picture, and for EXR files with deep data or subsampled channels.
-pub fn read_layers(path: &Path) -> Result<LayeredPicture, PictureError> {
-    let bytes = read_bytes(path)?;
-    if exr_file::is_exr(&bytes) {
-        exr_file::decode_layers(path, &bytes)
-    } else {
-        image_file::decode_layers(path, &bytes)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn picture() -> LayeredPicture {
-        let channel = |name: &str, kind, numbers| LayeredChannel { name: name.into(), kind, numbers };
-        let real = |values: &[f32]| Numbers::Real(values.to_vec());
-        let area = Area { x: -1, y: 2, width: 2, height: 1 };
-        let ids = Numbers::Whole(vec![u32::MAX, u32::MAX - 1]);
-        let first = Part {
-            name: Some("first".into()),
-            data: area,
-            channels: vec![
-                channel("A", SampleKind::Float, real(&[1.0, 0.5])),
-                channel("crypto.layer.I", SampleKind::Uint, ids),
-            ],
-        };
-        let second = Part {
-            name: Some("second".into()),
-            data: Area { x: 0, y: 0, width: 1, height: 2 },
-            channels: vec![channel("Y", SampleKind::Float, real(&[f32::INFINITY, -0.0]))],
-        };
-        LayeredPicture {
-            format: "OpenEXR",
-            display: Area { x: -3, y: 0, width: 10, height: 5 },
-            parts: vec![first, second],
-            srgb_encoded: false,
-            recorded: Recorded { software: Some("trimray 0.1.0".into()), ..Recorded::default() },
-            notes: Vec::new(),
-        }
-    }
-
-    #[test]
-    fn parts_windows_and_whole_numbers_come_back() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.exr");
-        exr_file::write_layers(&path, &picture()).unwrap();
-        let back = read_layers(&path).unwrap();
-        assert_eq!(back, picture());
-        let crypto = &back.parts[0].channels[1];
-        assert_eq!((crypto.layer(), crypto.short_name()), ("crypto.layer", "I"));
-        assert_eq!(crypto.value(1), f64::from(u32::MAX - 1));
-        // a file that is cut off is an error
-        let bytes = std::fs::read(&path).unwrap();
-        for length in [8, 60, bytes.len() / 2, bytes.len() - 3] {
-            std::fs::write(&path, &bytes[..length]).unwrap();
-            let error = read_layers(&path).unwrap_err();
-            assert!(matches!(error, PictureError::Decode { .. }), "{error}");
-        }
-    }
 
     #[test]
     fn areas_meet() {

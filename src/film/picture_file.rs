@@ -1,56 +1,10 @@
-//! Pictures read from files: textures and environment maps.
+//! Pictures read from files of any known format.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use thiserror::Error;
-
+use super::layers::LayeredPicture;
+use super::picture::{Picture, PictureError};
 use super::{exr_file, image_file};
-
-/// A picture as it lights or covers something.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    /// Width and height, neither 0.
-    pub size: [u32; 2],
-    /// Rows from the top, each from the left; linear Rec. 709 unless read raw.
-    pub pixels: Vec<[f32; 3]>,
-}
-
-/// Why a file gives no picture.
-#[derive(Debug, Error)]
-pub enum PictureError {
-    /// The file cannot be read.
-    #[error("cannot read the picture {}: {reason}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        reason: std::io::Error,
-    },
-    /// The file's first bytes are of none of the formats.
-    #[error("{}: is neither OpenEXR, Radiance HDR, PNG nor JPEG", path.display())]
-    Format {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The file breaks its format's rules, or has a feature that is not supported.
-    #[error("{}: is not a readable {format} picture: {reason}", path.display())]
-    Decode {
-        /// The file.
-        path: PathBuf,
-        /// The format's name.
-        format: &'static str,
-        /// What the decoder says.
-        reason: String,
-    },
-    /// An EXR file without colours.
-    #[error("{}: has the channels {found}; a picture needs R, G and B, or Y alone", path.display())]
-    Channels {
-        /// The file.
-        path: PathBuf,
-        /// The names of its channels.
-        found: String,
-    },
-}
 
 /// Reads a picture: EXR (channels R, G, B, or Y), Radiance HDR, PNG or JPEG.
 ///
@@ -69,14 +23,32 @@ pub fn read_picture(path: &Path, raw: bool) -> Result<Picture, PictureError> {
     }
 }
 
+/// Reads all that a picture's file holds: EXR, Radiance HDR, PNG or JPEG, told by the file's first bytes.
+///
+/// EXR: every part with every channel, whole numbers kept exactly; of pictures at several resolutions the largest. PNG and JPEG
+/// have one part of channels `R`, `G`, `B`, or `Y`, and `A` if there is one: n/255 or n/65535, with the sRGB curve left as it
+/// is. No colour is converted.
+///
+/// # Errors
+/// If the file cannot be read or is not such a picture, and for EXR files with deep data or subsampled channels.
+pub fn read_layers(path: &Path) -> Result<LayeredPicture, PictureError> {
+    let bytes = read_bytes(path)?;
+    if exr_file::is_exr(&bytes) {
+        exr_file::decode_layers(path, &bytes)
+    } else {
+        image_file::decode_layers(path, &bytes)
+    }
+}
+
 /// All of a file.
-pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, PictureError> {
+fn read_bytes(path: &Path) -> Result<Vec<u8>, PictureError> {
     std::fs::read(path).map_err(|reason| PictureError::Read { path: path.into(), reason })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::{Area, LayeredChannel, Numbers, Part, Recorded, SampleKind};
 
     #[test]
     fn other_files_are_refused() {
@@ -94,6 +66,53 @@ mod tests {
             std::fs::write(&path, bytes).unwrap();
             let message = read_picture(&path, false).unwrap_err().to_string();
             assert!(message.contains(want) && message.contains(name), "{message}");
+        }
+    }
+
+    fn picture() -> LayeredPicture {
+        let channel = |name: &str, kind, numbers| LayeredChannel { name: name.into(), kind, numbers };
+        let real = |values: &[f32]| Numbers::Real(values.to_vec());
+        let area = Area { x: -1, y: 2, width: 2, height: 1 };
+        let ids = Numbers::Whole(vec![u32::MAX, u32::MAX - 1]);
+        let first = Part {
+            name: Some("first".into()),
+            data: area,
+            channels: vec![
+                channel("A", SampleKind::Float, real(&[1.0, 0.5])),
+                channel("crypto.layer.I", SampleKind::Uint, ids),
+            ],
+        };
+        let second = Part {
+            name: Some("second".into()),
+            data: Area { x: 0, y: 0, width: 1, height: 2 },
+            channels: vec![channel("Y", SampleKind::Float, real(&[f32::INFINITY, -0.0]))],
+        };
+        LayeredPicture {
+            format: "OpenEXR",
+            display: Area { x: -3, y: 0, width: 10, height: 5 },
+            parts: vec![first, second],
+            srgb_encoded: false,
+            recorded: Recorded { software: Some("trimray 0.1.0".into()), ..Recorded::default() },
+            notes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn parts_windows_and_whole_numbers_come_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        exr_file::write_layers(&path, &picture()).unwrap();
+        let back = read_layers(&path).unwrap();
+        assert_eq!(back, picture());
+        let crypto = &back.parts[0].channels[1];
+        assert_eq!((crypto.layer(), crypto.short_name()), ("crypto.layer", "I"));
+        assert_eq!(crypto.value(1), f64::from(u32::MAX - 1));
+        // a file that is cut off is an error
+        let bytes = std::fs::read(&path).unwrap();
+        for length in [8, 60, bytes.len() / 2, bytes.len() - 3] {
+            std::fs::write(&path, &bytes[..length]).unwrap();
+            let error = read_layers(&path).unwrap_err();
+            assert!(matches!(error, PictureError::Decode { .. }), "{error}");
         }
     }
 }

@@ -39,7 +39,7 @@ impl BoxSums {
         sums[7] += alpha;
     }
 
-    /// Adds the sums of other samples as Chan, Golub and LeVeque (1983), *Algorithms for computing the sample variance*,
+    /// Adds the sums of other samples as Chan, Golub and `LeVeque` (1983), *Algorithms for computing the sample variance*,
     /// equation 2.1: means by counts, squares about the common mean.
     fn combine(sums: &mut [f64], others: &[f64]) {
         if others[0] == 0.0 {

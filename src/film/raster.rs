@@ -1,7 +1,5 @@
 //! Pictures as a screen shows them.
 
-use super::image_file::to_byte;
-
 /// Rows of 8-bit colours on the sRGB curve.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Raster {
@@ -66,6 +64,16 @@ impl Raster {
         }
         Self { size, pixels }
     }
+}
+
+/// `[0, 1]` to the nearest of 0..=255; what is outside is clamped, NaN is 0.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the clamped value is in range, and the cast takes NaN to 0"
+)]
+pub(super) fn to_byte(value: f64) -> u8 {
+    (255.0 * value.clamp(0.0, 1.0)).round() as u8
 }
 
 #[cfg(test)]

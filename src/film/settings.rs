@@ -18,32 +18,3 @@ impl Default for FilmSettings {
         Self { size: [512, 512], filter: Filter::Box, crop: None }
     }
 }
-
-/// An arbitrary output variable: a layer of the EXR beside the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Aov {
-    /// `depth.T`: distance from the camera.
-    Depth,
-    /// `position.X/Y/Z`.
-    Position,
-    /// `normal.X/Y/Z`: shading normal.
-    Normal,
-    /// `geo_normal.X/Y/Z`: geometric normal.
-    GeoNormal,
-    /// `uv.U/V`: texture coordinates.
-    Uv,
-    /// `st.S/T`: parameters in the patch.
-    St,
-    /// `rest.X/Y/Z`: place on the undeformed object.
-    Rest,
-    /// `object.I`.
-    Object,
-    /// `face.I`.
-    Face,
-    /// `patch.I`.
-    Patch,
-    /// `albedo.R/G/B`.
-    Albedo,
-    /// `variance.R/G/B`: variance of the pixel's mean.
-    Variance,
-}

@@ -10,10 +10,16 @@ use std::time::{Duration, Instant};
 
 use thiserror::Error;
 
-use super::job::{Job, PASS};
 use crate::film::Exposure;
 use crate::identity::PictureIdentity;
 use crate::output::{OutputError, write_whole};
+
+/// Samples of each pixel in a pass: as many rays as are traced side by side. With filters, the sums of a block are added up
+/// pass by pass, so that another number would change their last bits.
+pub(super) const PASS: u32 = 16;
+
+const _: () =
+    assert!(Exposure::BLOCK.is_multiple_of(PASS), "passes lie within the blocks that the sums are kept by");
 
 /// The first line.
 const KIND: &str = "trimray checkpoint 2\n";
@@ -118,17 +124,17 @@ impl CheckpointFile {
     }
 
     /// Saves the state if the last time is long enough ago, and no other thread is about to.
-    pub(super) fn save_if_due<G>(&self, job: &Job<'_, G>) -> Result<(), OutputError> {
+    pub(super) fn save_if_due(&self, tiles: &[Mutex<Exposure>]) -> Result<(), OutputError> {
         let Ok(mut saved) = self.saved.try_lock() else { return Ok(()) };
         if saved.elapsed() >= self.interval {
-            self.save(job)?;
+            self.save(tiles)?;
             *saved = Instant::now();
         }
         Ok(())
     }
 
-    /// Saves the state.
-    pub(super) fn save<G>(&self, job: &Job<'_, G>) -> Result<(), OutputError> {
+    /// Saves the state: what has been done of each tile.
+    pub(super) fn save(&self, tiles: &[Mutex<Exposure>]) -> Result<(), OutputError> {
         let encode = |error: serde_json::Error| OutputError::Encode {
             path: self.path.clone(),
             reason: error.to_string(),
@@ -136,7 +142,9 @@ impl CheckpointFile {
         let mut bytes = KIND.as_bytes().to_vec();
         serde_json::to_writer(&mut bytes, &self.identity).map_err(encode)?;
         bytes.push(b'\n');
-        job.for_each_tile(|exposure| exposure.save(&mut bytes));
+        for tile in tiles {
+            tile.lock().expect("another thread's panic ends the render").save(&mut bytes);
+        }
         let hash = blake3::hash(&bytes);
         bytes.extend(hash.as_bytes());
         write_whole(&self.path, &bytes)

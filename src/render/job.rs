@@ -7,20 +7,13 @@ use std::time::Instant;
 use glam::DVec2;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use super::checkpoint::CheckpointError;
+use super::checkpoint::{CheckpointError, PASS};
 use super::{RenderControl, RenderError};
 use crate::film::{Exposure, Film, Image, Sample, Window};
 use crate::shade::{
     Camera, PathBuffers, PathIntegrator, PathStart, RenderSettings, RenderStatistics, Sampler, ShadingScene,
 };
 use crate::trace::{Geometry, RayTracer};
-
-/// Samples of each pixel in a pass: as many rays as are traced side by side. With filters, the sums of a block are added up
-/// pass by pass, so that another number would change their last bits.
-pub(super) const PASS: u32 = 16;
-
-const _: () =
-    assert!(Exposure::BLOCK.is_multiple_of(PASS), "passes lie within the blocks that the sums are kept by");
 
 /// Pixels along the side of the square whose paths are followed together: enough that few rays of a packet are missing
 /// where paths end, and few enough that all fits the caches.
@@ -112,7 +105,7 @@ impl<'a, G: Geometry> Job<'a, G> {
                     let done = samples.fetch_add(statistics.samples, Ordering::Relaxed) + statistics.samples;
                     (self.control.progress)(done, total);
                     if let Some(file) = self.control.checkpoint {
-                        file.save_if_due(self).map_err(RenderError::from)?;
+                        file.save_if_due(&self.tiles).map_err(RenderError::from)?;
                     }
                     Ok(statistics)
                 };
@@ -202,11 +195,9 @@ impl<'a, G: Geometry> Job<'a, G> {
 }
 
 impl<G> Job<'_, G> {
-    /// Calls `visit` with each tile's samples, in the tiles' order.
-    pub(super) fn for_each_tile(&self, mut visit: impl FnMut(&Exposure)) {
-        for tile in &self.tiles {
-            visit(&lock(tile));
-        }
+    /// What has been done of each tile.
+    pub(super) fn tiles(&self) -> &[Mutex<Exposure>] {
+        &self.tiles
     }
 
     /// The picture, and the least and greatest number of samples of a pixel.

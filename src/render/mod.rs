@@ -122,7 +122,7 @@ pub fn render<G: Geometry>(
     let done = threads.install(|| job.run());
     // whatever ended the work, what there is can be gone on from
     if let Some(file) = control.checkpoint {
-        file.save(&job)?;
+        file.save(job.tiles())?;
     }
     let statistics = done?;
     let (image, samples) = job.finish();

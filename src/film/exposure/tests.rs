@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::*;
-use crate::film::{FilmSettings, Image};
+use crate::film::{Film, FilmSettings, Image};
 use crate::shade::Sampler;
 
 const SPP: u32 = 427; // six full blocks and a part of one
@@ -19,7 +19,7 @@ fn samples(pixel: [u32; 2], indices: Range<u32>) -> (Vec<DVec2>, Vec<Sample>) {
         let mut numbers = Sampler::new(8, pixel, index);
         let offset = numbers.next_2d();
         let value = libm::exp(9.0 * numbers.next_1d());
-        let first_hit = (numbers.next_1d() < 0.01).then(|| FirstHit {
+        let first_hit = (numbers.next_1d() < 0.01).then_some(FirstHit {
             depth: value,
             position: DVec3::ZERO,
             normal: DVec3::Z,
@@ -49,13 +49,16 @@ fn expose(exposure: &mut Exposure, indices: Range<u32>) {
 }
 
 /// A number below `end`.
-fn below(end: usize, numbers: &mut Sampler) -> usize {
-    (numbers.next_1d() * end as f64) as usize
+fn below(end: u32, numbers: &mut Sampler) -> u32 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the whole part is meant")]
+    let whole = (numbers.next_1d() * f64::from(end)) as u32;
+    whole
 }
 
 fn shuffle<T>(items: &mut [T], numbers: &mut Sampler) {
     for end in (2..=items.len()).rev() {
-        items.swap(end - 1, below(end, numbers));
+        let other = below(u32::try_from(end).unwrap(), numbers) as usize;
+        items.swap(end - 1, other);
     }
 }
 
@@ -76,10 +79,10 @@ fn any_split_gives_the_same_bits() {
             let numbers = &mut Sampler::new(round, [1, 2], 0);
             // each block of each tile is of one of a few parts, which take theirs in an order of their own
             let count = 1 + below(5, numbers);
-            let mut parts: Vec<Vec<_>> = vec![Vec::new(); count];
+            let mut parts: Vec<Vec<_>> = vec![Vec::new(); count as usize];
             for tile in 0..whole.len() {
                 for block in 0..SPP.div_ceil(BLOCK) {
-                    parts[below(count, numbers)].push((tile, block));
+                    parts[below(count, numbers) as usize].push((tile, block));
                 }
             }
             let mut stored = Vec::new();
@@ -122,7 +125,7 @@ fn passes_go_on_where_they_were_interrupted() {
         let mut exposure = film.exposure(tile);
         let mut done = 0;
         while done < SPP {
-            let end = SPP.min(done + 16 * (1 + below(9, numbers) as u32));
+            let end = SPP.min(done + 16 * (1 + below(9, numbers)));
             expose(&mut exposure, done..end);
             done = end;
             let mut bytes = Vec::new();
@@ -144,11 +147,11 @@ fn blocks_keep_the_digits_of_the_variance() {
     let values: Vec<f64> =
         (0..1000).map(|index| 1e6 + 3.46 * (Sampler::new(1, [0, 0], index).next_1d() - 0.5)).collect();
     for (block, values) in values.chunks(BLOCK as usize).enumerate() {
-        let start = block as u32 * BLOCK;
+        let start = u32::try_from(block).unwrap() * BLOCK;
         let sample = |&value| Sample { radiance: DVec3::splat(value), alpha: 1.0, first_hit: None };
         let samples: Vec<_> = values.iter().map(sample).collect();
         exposure.add([0, 0], start, &vec![DVec2::splat(0.5); samples.len()], &samples);
-        exposure.end_pass(start..start + values.len() as u32);
+        exposure.end_pass(start..start + u32::try_from(values.len()).unwrap());
     }
     let mean = values.iter().map(|value| value - 1e6).sum::<f64>() / 1000.0;
     let squares: f64 = values.iter().map(|value| (value - 1e6 - mean).powi(2)).sum();
