@@ -133,8 +133,8 @@ fn add_volume(digest: &mut Digest, volume: &SplineVolume) {
 }
 
 fn add_patch(digest: &mut Digest, trimmed: &TrimmedPatch) {
-    digest.count(trimmed.cell().is_some().into());
-    trimmed.cell().into_iter().flatten().for_each(|index| digest.count(index));
+    digest.count(trimmed.knot_box().is_some().into());
+    trimmed.knot_box().into_iter().flatten().for_each(|index| digest.count(index));
     trimmed.patch.degree().into_iter().for_each(|degree| digest.count(degree));
     trimmed.patch.control_points().for_each(|point| digest.numbers(&point.to_array()));
     let frame = &trimmed.frame;
