@@ -18,7 +18,7 @@ pub struct Colours {
 
 impl Colours {
     /// R, G and B of a part, or Y for all three; none without either.
-    pub(super) fn of(part: &PartPair<'_>, srgb_encoded: [bool; 2]) -> Option<Self> {
+    pub(super) fn from_part(part: &PartPair<'_>, srgb_encoded: [bool; 2]) -> Option<Self> {
         let layer = part.layers.iter().find(|layer| layer.name.is_empty())?;
         let find = |name: &str| layer.channels.iter().find(|pair| pair.reference.name == name).copied();
         let channels = match ["R", "G", "B"].map(find) {
@@ -73,7 +73,7 @@ impl Colours {
     /// Both as previews show them: clamped, on the sRGB curve, over black.
     pub fn previews(&self) -> [Raster; 2] {
         let size = [self.area.width, self.area.height];
-        self.on_screen().map(|colours| Raster::of_screen(size, &colours))
+        self.on_screen().map(|colours| Raster::from_screen(size, &colours))
     }
 
     /// Both as the measures take them.

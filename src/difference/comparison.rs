@@ -19,9 +19,9 @@ use crate::suggestion::did_you_mean;
 /// How to compare.
 #[derive(Clone, Debug, Default)]
 pub struct CompareSettings {
-    /// Of all layers without rules of their own, but for ids, which are exact.
+    /// What is allowed to layers without rules of their own, but for ids, which are exact.
     pub thresholds: Thresholds,
-    /// Of single layers and channels; of several for the same the last counts.
+    /// What is allowed to single layers and channels; the last of several rules for the same counts.
     pub rules: Vec<LayerRule>,
     /// Whether to compare only the pixels that both have.
     pub overlap: bool,
@@ -69,7 +69,7 @@ pub struct LayerDifference {
     pub judge: Judge,
     /// Its own verdict; that on the picture may be worse, where pixels of several layers fail.
     pub status: Status,
-    /// Of all its channels.
+    /// The figures of all its channels together.
     pub figures: Figures,
     /// How many pixels are compared.
     pub pixels: usize,
@@ -79,7 +79,7 @@ pub struct LayerDifference {
     pub warning: u64,
     /// What they are judged by, but for channels with rules of their own.
     pub thresholds: Thresholds,
-    /// Of directions.
+    /// The angles between directions, if it holds any.
     pub angles: Option<Angles>,
     /// Each channel's name and figures.
     pub channels: Vec<(String, Figures)>,
@@ -107,7 +107,7 @@ pub struct Comparison {
     /// The greatest absolute difference of each pixel's colours, or, without colours, of everything in parts of each layer's
     /// greatest.
     pub errors: ErrorMap,
-    /// Of the first part, if it has any.
+    /// The colours of the first part, if it has any.
     pub colours: Option<Colours>,
     /// The worst first.
     pub worst: Vec<WorstPixel>,
@@ -149,7 +149,7 @@ pub fn compare(
         );
     }
     let first = parts.first().ok_or_else(|| CompareError::Input("there is no part to compare".to_owned()))?;
-    let colours = Colours::of(first, srgb_encoded);
+    let colours = Colours::from_part(first, srgb_encoded);
     let ztest = settings.ztest.then(|| z_test_of(first)).transpose()?;
     let mut metrics = Vec::new();
     for &metric in &settings.metrics {
@@ -203,8 +203,12 @@ enum Group {
 }
 
 impl Group {
-    /// Of a channel; none if it is ignored.
-    fn of(layer: &LayerPair<'_>, channel: &ChannelPair<'_>, settings: &CompareSettings) -> Option<Self> {
+    /// The group of a channel; none if it is ignored.
+    fn for_channel(
+        layer: &LayerPair<'_>,
+        channel: &ChannelPair<'_>,
+        settings: &CompareSettings,
+    ) -> Option<Self> {
         let name = channel.reference.name.as_str();
         if settings.ztest && ["R", "G", "B", "Y"].contains(&name) {
             return Some(Self::ZTest);
@@ -260,11 +264,11 @@ fn compare_part(part: &PartPair<'_>, settings: &CompareSettings, found: &mut Com
     }
     let mut all = vec![0; pixels];
     for (group, flags) in &groups {
-        let verdict = Counts::of(flags).judge(&group.thresholds(settings), pixels);
+        let verdict = Counts::from_flags(flags).judge(&group.thresholds(settings), pixels);
         found.status = found.status.max(verdict);
         unite(&mut all, flags);
     }
-    let counts = Counts::of(&all);
+    let counts = Counts::from_flags(&all);
     found.failing += counts.failing;
     found.warning += counts.warning;
     found.pixels += pixels;
@@ -286,7 +290,7 @@ fn compare_layer(
     let compared: Vec<_> = layer
         .channels
         .iter()
-        .filter_map(|channel| Some((*channel, Group::of(layer, channel, settings)?)))
+        .filter_map(|channel| Some((*channel, Group::for_channel(layer, channel, settings)?)))
         .collect();
     let (_, main) = *compared.first()?;
     let mut flags: BTreeMap<Group, Vec<u8>> = BTreeMap::new();
@@ -317,10 +321,10 @@ fn compare_layer(
     let mut all = vec![0; pixels];
     let mut status = Status::Pass;
     for (group, flags) in &flags {
-        status = status.max(Counts::of(flags).judge(&group.thresholds(settings), pixels));
+        status = status.max(Counts::from_flags(flags).judge(&group.thresholds(settings), pixels));
         unite(&mut all, flags);
     }
-    let counts = Counts::of(&all);
+    let counts = Counts::from_flags(&all);
     let difference = LayerDifference {
         part: part.name.to_owned(),
         name: label(layer).to_owned(),

@@ -113,7 +113,7 @@ pub struct Measured {
     pub left_out: usize,
     /// Whether it is beyond `--metricfail`.
     pub fails: bool,
-    /// Of each pixel.
+    /// The error of each pixel.
     #[serde(skip)]
     pub map: Option<ErrorMap>,
 }

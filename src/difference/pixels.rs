@@ -253,7 +253,8 @@ pub(super) struct Counts {
 }
 
 impl Counts {
-    pub(super) fn of(flags: &[u8]) -> Self {
+    /// How many pixels have each flag.
+    pub(super) fn from_flags(flags: &[u8]) -> Self {
         let count = |mask: u8| flags.iter().filter(|&&flags| flags & mask != 0).count() as u64;
         Self {
             failing: count(FAIL),
@@ -358,13 +359,13 @@ mod tests {
         let alike = [NAN, INF, -INF, 1.0];
         let (figures, flags) = measured(&alike, &alike, &lax);
         assert_eq!((figures.equal_non_finite, figures.non_finite, figures.values), (3, 0, 1));
-        assert_eq!(Counts::of(&flags).judge(&lax, 4), Status::Pass);
+        assert_eq!(Counts::from_flags(&flags).judge(&lax, 4), Status::Pass);
         for (a, b) in [(NAN, 1.0), (1.0, NAN), (INF, 1.0), (INF, -INF), (NAN, INF), (-INF, NAN), (3e38, INF)]
         {
             let (figures, flags) = measured(&[0.0, a], &[0.0, b], &lax);
             let place = figures.non_finite_place.clone().unwrap();
             assert_eq!((figures.non_finite, place.x, figures.mean_error()), (1, 1, 0.0), "{a} {b}");
-            assert_eq!(Counts::of(&flags).judge(&lax, 2), Status::Fail, "{a} {b}");
+            assert_eq!(Counts::from_flags(&flags).judge(&lax, 2), Status::Fail, "{a} {b}");
         }
         let (figures, _) = measured(&[3e38], &[-3e38], &lax);
         assert!((figures.max_error / 6e38 - 1.0).abs() < 1e-6, "finite values have a finite difference");
@@ -375,7 +376,7 @@ mod tests {
         let judge = |thresholds: Thresholds| {
             // errors 0, 0.1, 0.2, 0.9
             let (_, flags) = measured(&[0.0; 4], &[0.0, 0.1, 0.2, 0.9], &thresholds);
-            Counts::of(&flags).judge(&thresholds, 4)
+            Counts::from_flags(&flags).judge(&thresholds, 4)
         };
         let base = Thresholds { warn: 10.0, ..Thresholds::default() };
         assert_eq!(judge(base), Status::Fail);

@@ -23,7 +23,7 @@ pub struct Ssim {
     /// The mean of the map without the outermost 5 pixels on each side; of a picture smaller than the window of
     /// 11x11, of all of it.
     pub mean: f64,
-    /// Of each pixel the mean over its channels, from -1 to 1; where the pictures are the same, 1.
+    /// The mean over the channels of each pixel, from -1 to 1; where the pictures are the same, 1.
     pub map: Vec<f64>,
 }
 

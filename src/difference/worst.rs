@@ -33,11 +33,11 @@ impl WorstPixel {
 pub(super) struct Scores {
     name: String,
     area: Area,
-    /// Of colours without alpha.
+    /// The errors of colours without alpha.
     colour: Option<Vec<f32>>,
-    /// Of colours and alpha, and where anything is not finite.
+    /// The errors of colours and alpha, and where anything is not finite.
     main: Vec<f32>,
-    /// Of the other layers, in parts of each one's greatest.
+    /// The errors of the other layers, in parts of each one's greatest.
     others: Vec<f32>,
 }
 

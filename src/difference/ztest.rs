@@ -25,7 +25,7 @@ const ROUNDING: f64 = 1e-5;
 pub struct Estimate {
     /// One colour's pixels after the other's, each as many.
     pub radiance: Vec<f64>,
-    /// Of each radiance.
+    /// The variance of each radiance.
     pub variance: Vec<f64>,
     /// How many colours there are.
     pub colours: usize,
@@ -45,7 +45,7 @@ pub struct MeanDifference {
 pub struct ZTest {
     /// Whether noise explains all differences.
     pub passes: bool,
-    /// Of each colour.
+    /// The difference of each colour's mean.
     pub means: Vec<MeanDifference>,
     /// How many values have noise; each was tested.
     pub values: usize,

@@ -38,7 +38,7 @@ struct Patch {
     control_points: Vec<[f64; 4]>,
     frame: FrameVectors,
     trim: Vec<Loop>,
-    /// Of a patch that stands for another surface: how far it may be from that.
+    /// How far the patch may be from the surface that it stands for, if it does.
     #[serde(skip_serializing_if = "Option::is_none")]
     certified_error: Option<f64>,
     /// Whether it has borders that are curves, which the loops do not show.

@@ -280,24 +280,11 @@ fn integrator(render: &RenderSettings) -> Element {
         IntegratorKind::Direct => Element::plugin("integrator", "direct"),
     };
     let light = light.boolean("hide_emitters", render.hide_emitters);
-    let layers: Vec<_> = render.aovs.iter().copied().filter_map(layer).collect();
+    let layers: Vec<_> = render.aovs.iter().copied().filter_map(Aov::mitsuba_name).collect();
     if layers.is_empty() {
         return light;
     }
     Element::plugin("integrator", "aov")
         .string("aovs", &layers.join(","))
         .child(light.attribute("name", "image"))
-}
-
-/// Mitsuba's name of a layer and of what it shows, if it has it.
-const fn layer(aov: Aov) -> Option<&'static str> {
-    match aov {
-        Aov::Depth => Some("depth:depth"),
-        Aov::Position => Some("position:position"),
-        Aov::Normal => Some("normal:sh_normal"),
-        Aov::GeoNormal => Some("geo_normal:geo_normal"),
-        Aov::Uv => Some("uv:uv"),
-        Aov::Albedo => Some("albedo:albedo"),
-        Aov::St | Aov::Rest | Aov::Object | Aov::Face | Aov::Patch | Aov::Variance => None,
-    }
 }

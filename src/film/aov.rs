@@ -83,6 +83,19 @@ impl Aov {
         }
     }
 
+    /// Mitsuba's name of the layer and of what it shows, if it has it.
+    pub const fn mitsuba_name(self) -> Option<&'static str> {
+        match self {
+            Self::Depth => Some("depth:depth"),
+            Self::Position => Some("position:position"),
+            Self::Normal => Some("normal:sh_normal"),
+            Self::GeoNormal => Some("geo_normal:geo_normal"),
+            Self::Uv => Some("uv:uv"),
+            Self::Albedo => Some("albedo:albedo"),
+            Self::St | Self::Rest | Self::Object | Self::Face | Self::Patch | Self::Variance => None,
+        }
+    }
+
     /// Its components' values, in the first places: 0 for a miss, -1 for a miss's ids.
     ///
     /// Texture coordinates that the mesh has not (NaN) are 0, as no reader expects NaN there.

@@ -98,7 +98,7 @@ impl Exposure {
         let block = first / BLOCK;
         if self.filter == Filter::Box {
             if let Some(place) = self.place_of(pixel.map(i64::from)) {
-                let sums = &mut self.sums.of_block(block)[place * BoxSums::NUMBERS..][..BoxSums::NUMBERS];
+                let sums = &mut self.sums.block_sums(block)[place * BoxSums::NUMBERS..][..BoxSums::NUMBERS];
                 samples.iter().for_each(|sample| BoxSums::add(sums, radiance(sample), sample.alpha));
             }
         } else {
@@ -138,7 +138,7 @@ impl Exposure {
                     alpha += weight * sample.alpha;
                 }
                 if of_pixel.weight_sq > 0.0 {
-                    let sums = &mut self.sums.of_block(block)[place * FilterSums::NUMBERS..];
+                    let sums = &mut self.sums.block_sums(block)[place * FilterSums::NUMBERS..];
                     FilterSums::add(sums, alpha, &of_pixel);
                 }
             }

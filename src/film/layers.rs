@@ -87,9 +87,9 @@ impl SampleKind {
 /// The values of a channel, row by row, without loss.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Numbers {
-    /// Of every kind but [`SampleKind::Uint`].
+    /// The values of a channel of any kind but [`SampleKind::Uint`].
     Real(Vec<f32>),
-    /// Of [`SampleKind::Uint`].
+    /// The values of a channel of [`SampleKind::Uint`].
     Whole(Vec<u32>),
 }
 
@@ -177,7 +177,7 @@ pub struct LayeredPicture {
     pub parts: Vec<Part>,
     /// Whether the colours are on the sRGB curve, as those of PNG and JPEG are taken to be.
     pub srgb_encoded: bool,
-    /// Of the first part.
+    /// What the first part says of its making.
     pub recorded: Recorded,
     /// What is odd about it, for people.
     pub notes: Vec<String>,

@@ -10,8 +10,8 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// Of colours on the sRGB curve: clamped to `[0, 1]`; NaN is black.
-    pub fn of_screen(size: [u32; 2], colours: &[[f32; 3]]) -> Self {
+    /// The raster of colours on the sRGB curve, which are clamped to `[0, 1]`; NaN is black.
+    pub fn from_screen(size: [u32; 2], colours: &[[f32; 3]]) -> Self {
         let pixels = colours.iter().map(|colour| colour.map(|share| to_byte(f64::from(share))));
         Self { size, pixels: pixels.collect() }
     }
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn rasters_stand_beside_each_other() {
-        let one = Raster::of_screen([1, 2], &[[0.0, 0.5, 1.0], [2.0, -1.0, f32::NAN]]);
+        let one = Raster::from_screen([1, 2], &[[0.0, 0.5, 1.0], [2.0, -1.0, f32::NAN]]);
         assert_eq!(one.pixels, [[0, 128, 255], [255, 0, 0]]);
         let two = Raster { size: [2, 2], pixels: vec![[1; 3], [2; 3], [3; 3], [4; 3]] };
         let both = Raster::beside(&[&one, &two], 1);

@@ -77,7 +77,7 @@ impl SampleBlocks {
     ///
     /// # Panics
     /// If the block has been combined with others.
-    pub(super) fn of_block(&mut self, block: u32) -> &mut [f64] {
+    pub(super) fn block_sums(&mut self, block: u32) -> &mut [f64] {
         let index = self.runs.partition_point(|run| run.first + (run.blocks - 1) < block);
         if self.runs.get(index).is_none_or(|run| run.first > block) {
             self.runs
@@ -93,7 +93,7 @@ impl SampleBlocks {
     /// # Panics
     /// If they do not fit into the block.
     pub(super) fn count(&mut self, block: u32, samples: u32) {
-        self.of_block(block);
+        self.block_sums(block);
         let run = self.runs.iter_mut().find(|run| run.first == block).expect("it is there now");
         run.samples += samples;
         assert!(run.samples <= BLOCK, "block {block} has {} samples", run.samples);

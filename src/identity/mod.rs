@@ -39,7 +39,7 @@ impl PictureIdentity {
 
     /// A picture that is of no scene.
     #[cfg(test)]
-    pub(crate) fn of_settings(settings: Value) -> Self {
+    pub(crate) fn from_settings(settings: Value) -> Self {
         Self { version: env!("CARGO_PKG_VERSION").to_owned(), scene: "hash".to_owned(), settings }
     }
 

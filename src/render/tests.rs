@@ -556,7 +556,7 @@ fn interrupted_renders_go_on_to_the_same_picture() {
         let whole = setup.render();
         let path = folder.path().join(format!("{filter:?}"));
         let file = |settings: &str| {
-            let identity = PictureIdentity::of_settings(serde_json::json!({ "of": settings }));
+            let identity = PictureIdentity::from_settings(serde_json::json!({ "of": settings }));
             CheckpointFile::new(path.clone(), &identity, std::time::Duration::ZERO)
         };
         let geometry = Shapes(setup.shapes.clone());

@@ -10,7 +10,7 @@ pub(super) struct Discrete {
 }
 
 impl Discrete {
-    /// Of weights that are finite and at least 0.
+    /// The distribution of weights that are finite and at least 0.
     pub(super) fn new(weights: impl IntoIterator<Item = f64>) -> Self {
         let mut sum = 0.0;
         let add = |weight| {

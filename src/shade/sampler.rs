@@ -48,7 +48,7 @@ impl SamplerKind {
     pub const fn sampler(self, seed: u64, pixel: [u32; 2], sample: u32) -> Sampler {
         match self {
             Self::Independent => Sampler::new(seed, pixel, sample),
-            Self::Sobol => Sampler { state: of_pixel(seed, pixel), index: Some(sample) },
+            Self::Sobol => Sampler { state: pixel_hash(seed, pixel), index: Some(sample) },
         }
     }
 }
@@ -56,7 +56,7 @@ impl SamplerKind {
 impl Sampler {
     /// The independent numbers of sample `sample` of `pixel`, from dimension 0 on.
     pub const fn new(seed: u64, pixel: [u32; 2], sample: u32) -> Self {
-        let of_sample = mix(of_pixel(seed, pixel) ^ (sample as u64).wrapping_mul(STEP));
+        let of_sample = mix(pixel_hash(seed, pixel) ^ (sample as u64).wrapping_mul(STEP));
         Self { state: of_sample, index: None }
     }
 
@@ -96,7 +96,7 @@ impl Sampler {
 const TWO_TO_32: f64 = 4_294_967_296.0;
 
 /// The hash of a seed and a pixel.
-const fn of_pixel(seed: u64, pixel: [u32; 2]) -> u64 {
+const fn pixel_hash(seed: u64, pixel: [u32; 2]) -> u64 {
     let pixel = (pixel[0] as u64) | ((pixel[1] as u64) << 32);
     mix(mix(seed.wrapping_add(STEP)) ^ pixel)
 }

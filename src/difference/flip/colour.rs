@@ -1,7 +1,7 @@
 //! The colour spaces of FLIP, step by step in single precision, as NVIDIA's tool has them: the roots that follow make
 //! a rounding error of 1e-7 an error of 1e-4 in the map.
 
-/// Of any space: R, G, B; X, Y, Z; L*, a*, b*.
+/// A colour of any space: R, G, B; X, Y, Z; L*, a*, b*.
 pub(super) type Colour = [f32; 3];
 
 /// XYZ of Rec. 709 primaries under D65.

@@ -75,7 +75,7 @@ pub fn ldr_flip_of_linear(reference: ColourPicture, test: ColourPicture, pixels_
 /// As [`ldr_flip`].
 pub fn hdr_flip(reference: ColourPicture, test: ColourPicture, pixels_per_degree: f64) -> HdrFlip {
     let (pair, filters) = (Pair::new(reference, test), filters(pixels_per_degree));
-    let exposures = Exposures::of(reference.pixels);
+    let exposures = Exposures::for_reference(reference.pixels);
     let mut rows = Rows::default();
     let mut map = vec![0.0_f32; reference.pixels.len()];
     for exposure in exposures.iter() {
@@ -111,7 +111,7 @@ const fn clamped(value: f32) -> f32 {
 
 impl Exposures {
     /// From where the reference's greatest luminance is mapped to 0.85, to where its median is (2021 paper).
-    fn of(reference: &[Colour]) -> Self {
+    fn for_reference(reference: &[Colour]) -> Self {
         const BRIGHT: f32 = 0.85;
         let [a, b, c]: Colour = std::array::from_fn(|i| ACES[0][i] - BRIGHT * ACES[1][i]);
         let half = -0.5 * (b / a);
