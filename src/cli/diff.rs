@@ -177,7 +177,7 @@ pub(super) fn with_idiff_spellings(arguments: impl Iterator<Item = OsString>) ->
 /// A comparison with what is needed to tell of it.
 struct Found<'a> {
     args: &'a DiffArgs,
-    /// Of the reference and the test.
+    /// The reference's and the test's.
     paths: [&'a Path; 2],
     pictures: [LayeredPicture; 2],
     comparison: Comparison,

@@ -95,7 +95,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<(), CliError> {
 fn gather(scene: &SceneDescription, built: &BuiltScene) -> Result<Info, CliError> {
     let objects: Vec<_> =
         scene.objects.iter().enumerate().map(|(i, object)| object_info(built, i, object)).collect();
-    let accel = Acceleration::of(built);
+    let accel = Acceleration::new(built);
     let times = &built.times;
     Ok(Info {
         bytes: accel.bytes() + objects.iter().map(|object| object.bytes).sum::<usize>(),

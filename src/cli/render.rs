@@ -8,7 +8,7 @@ use clap::Args;
 use trimray::film::{FilmSettings, write_exr, write_png};
 use trimray::identity::PictureIdentity;
 use trimray::output::check_writable;
-use trimray::render::{Checkpoint, CheckpointFile, RenderControl, RenderError, Rendered, TevPreview, render};
+use trimray::render::{Checkpoint, CheckpointFile, RenderControl, RenderError, Rendered, TevPreview};
 use trimray::scene::{Choice, SceneDescription, parse_crop, parse_size, validate_film};
 use trimray::shade::IntegratorKind;
 
@@ -115,7 +115,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
         preview: preview.as_ref(),
         ..RenderControl::new(&INTERRUPTED)
     };
-    let rendered = render(&built.shading(), &camera, &scene.film, &scene.render, &control);
+    let rendered = built.render(&camera, &scene.film, &scene.render, &control);
     bar.finish_and_clear();
     let Rendered { mut image, statistics, samples: [least, most] } =
         rendered.map_err(|error| match error {
@@ -138,7 +138,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
         write_png(&path, &image)?;
     }
     if args.stats {
-        print_render(&statistics, &Acceleration::of(&built));
+        print_render(&statistics, &Acceleration::new(&built));
     }
     if !args.quiet && std::io::IsTerminal::is_terminal(&std::io::stderr()) {
         let [width, height] = scene.film.size;

@@ -23,7 +23,7 @@ pub(super) struct Acceleration {
 }
 
 impl Acceleration {
-    pub(super) fn of(built: &BuiltScene) -> Self {
+    pub(super) fn new(built: &BuiltScene) -> Self {
         Self { structure: built.traced.acceleration(), seconds: built.times.build.as_secs_f64() }
     }
 

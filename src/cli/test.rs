@@ -151,7 +151,7 @@ impl TestArgs {
                 RenderError::Interrupted => CliError::Interrupted,
                 other => CliError::Failed(other.into()),
             })?;
-            let told = Tested::of(test, &result)?;
+            let told = Tested::try_new(test, &result)?;
             if !self.json && (!self.quiet || !told.passes()) {
                 bar.suspend(|| print_result(&told.line()));
             }

@@ -77,7 +77,7 @@ pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
             closest_hits(&built.traced, &rays)
         };
         let mrays_per_second = rays.len() as f64 * 1e-6 / seconds;
-        let accel = Acceleration::of(&built);
+        let accel = Acceleration::new(&built);
         (arrays, Summary { rays: rays.len(), hits, seconds, mrays_per_second, threads, stats, accel })
     })?;
     check_interrupted()?;

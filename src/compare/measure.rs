@@ -10,7 +10,7 @@ use super::silhouette::{Silhouette, SilhouetteError};
 use super::{Bytes, MethodResult, Seconds};
 use crate::deviation::{Deviation, DeviationError, deviation};
 use crate::film::{Aov, Image};
-use crate::render::{RenderControl, RenderError, Rendered, render};
+use crate::render::{RenderControl, RenderError, Rendered};
 use crate::scene::{BuiltScene, Method, ObjectShape, SceneDescription, SceneError};
 use crate::shade::{Camera, CameraError};
 
@@ -202,8 +202,7 @@ impl Comparing<'_> {
 
     fn render(&self, scene: &SceneDescription, built: &BuiltScene) -> Result<Image, CompareError> {
         let control = RenderControl { threads: self.settings.threads, ..RenderControl::new(self.cancel) };
-        let Rendered { image, .. } =
-            render(&built.shading(), self.camera, &scene.film, &scene.render, &control)?;
+        let Rendered { image, .. } = built.render(self.camera, &scene.film, &scene.render, &control)?;
         Ok(image)
     }
 

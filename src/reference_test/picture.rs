@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::film::{Area, ExrHeader, Image, LayeredChannel, LayeredPicture, Numbers, Part, SampleKind};
 use crate::identity::PictureIdentity;
-use crate::render::{RenderControl, RenderError, Rendered, render};
+use crate::render::{RenderControl, RenderError, Rendered};
 use crate::scene::{SceneDescription, SceneError};
 use crate::shade::{Camera, CameraError};
 
@@ -75,8 +75,7 @@ impl MadePicture {
 pub fn make_picture(scene: &SceneDescription, control: &RenderControl<'_>) -> Result<MadePicture, MakeError> {
     let built = scene.build()?;
     let camera = Camera::try_new(&built.camera, scene.film.size)?;
-    let Rendered { image, statistics, .. } =
-        render(&built.shading(), &camera, &scene.film, &scene.render, control)?;
+    let Rendered { image, statistics, .. } = built.render(&camera, &scene.film, &scene.render, control)?;
     let header = PictureIdentity::new(scene, &built).header(scene, &camera);
     Ok(MadePicture { image, header, non_finite_samples: statistics.non_finite_samples })
 }

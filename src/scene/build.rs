@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::analytic::{Step, warnings};
-use crate::film::{Picture, read_picture};
+use crate::film::{FilmSettings, Picture, read_picture};
 use crate::mesh::{
     FaultKind, MeshNotes, MeshTolerances, ObjError, PolygonMesh, PolygonSet, load_obj, prepare_polygons,
 };
@@ -18,9 +18,10 @@ use crate::model::{
     Undeformed, deform_pointwise, facet_object, self_intersection, surface_object,
 };
 use crate::patch::{BuildTimes, Facet, TrimmedPatch};
+use crate::render::{RenderControl, RenderError, Rendered, render};
 use crate::shade::{
-    CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
-    ShadingScene,
+    Camera, CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
+    RenderSettings, ShadingScene,
 };
 use crate::surface::SplineSurface;
 use crate::tessellate::facets;
@@ -80,6 +81,21 @@ impl BuiltScene {
     /// What a renderer needs of it.
     pub fn shading(&self) -> ShadingScene<'_, TracedScene> {
         ShadingScene { geometry: &self.traced, object_materials: &self.materials, lights: &self.lights }
+    }
+
+    /// Renders it, as [`render()`] does.
+    ///
+    /// # Errors
+    /// As [`render()`].
+    pub fn render(
+        &self,
+        camera: &Camera,
+        film: &FilmSettings,
+        settings: &RenderSettings,
+        control: &RenderControl<'_>,
+    ) -> Result<Rendered, RenderError> {
+        // not generic, so that the renderer is compiled once, with the library
+        render(&self.shading(), camera, film, settings, control)
     }
 }
 

@@ -16,7 +16,7 @@ pub(crate) struct BoxTree {
 }
 
 impl BoxTree {
-    /// Of the boxes `[lowest corner, highest corner]`, which must be finite.
+    /// The tree over the boxes `[lowest corner, highest corner]`, which must be finite.
     pub(crate) fn build(boxes: &[[DVec3; 2]]) -> Self {
         let space = LocalSpace::around(bounds::around(boxes.iter().flatten().copied()));
         let local: Vec<_> = boxes.iter().map(|corners| corners.map(|corner| space.point(corner))).collect();
@@ -71,11 +71,11 @@ mod tests {
                 let want = boxes.iter().map(|b| distance(*b, point)).fold(f64::INFINITY, f64::min);
                 assert_eq!(best, want);
                 assert!(visited <= count.min(100), "{visited}");
-                let asked = [point - 0.2 * scale, point + 0.2 * scale];
+                let query = [point - 0.2 * scale, point + 0.2 * scale];
                 let mut found = Vec::new();
-                tree.overlapping(asked, |index| found.push(index));
+                tree.overlapping(query, |index| found.push(index));
                 found.sort_unstable();
-                let meets = |b: &[DVec3; 2]| b[0].cmple(asked[1]).all() && asked[0].cmple(b[1]).all();
+                let meets = |b: &[DVec3; 2]| b[0].cmple(query[1]).all() && query[0].cmple(b[1]).all();
                 let want: Vec<_> = (0..count).filter(|&index| meets(&boxes[index])).collect();
                 assert!(want.iter().all(|index| found.contains(index)), "{want:?} in {found:?}");
                 assert!(found.len() <= want.len() + 1);

@@ -13,8 +13,8 @@ use obvhs::bvh2::node::Bvh2Node;
 use obvhs::{Boundable, BvhBuildParams};
 
 use super::collapse::{BinaryNode, Collapse};
-use super::leaf::{down, up};
 use super::local::LocalRay;
+use super::single_precision::{down, up};
 use super::slabs::{Node, PacketSlabs, SlabRay, Slabs, SpreadSlabs, WIDTH};
 
 /// Set in a child's reference if it is a box of the input, not a node.

@@ -6,7 +6,7 @@
 /// A node of a binary tree.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BinaryNode {
-    /// Of its box: the chance that a ray enters it grows with this.
+    /// Half its box's area: the chance that a ray enters it grows with this.
     pub(crate) half_area: f32,
     /// Index of the first child, which the second one follows; `None` for a leaf.
     pub(crate) first_child: Option<u32>,
@@ -28,7 +28,7 @@ pub(crate) struct Collapse<'a, const WIDTH: usize> {
 }
 
 impl<'a, const WIDTH: usize> Collapse<'a, WIDTH> {
-    /// Of the tree whose root comes first; it must have one.
+    /// A collapse of the tree whose root comes first; it must have one.
     pub(crate) fn new(tree: &'a [BinaryNode]) -> Self {
         let mut collapse = Self { tree, first_places: vec![[0; WIDTH]; tree.len()] };
         // at place n - 1: the sum of half areas of the wide nodes below n places or fewer
@@ -105,7 +105,7 @@ fn parents_first(tree: &[BinaryNode]) -> Vec<usize> {
 mod tests {
     use super::*;
     use crate::test_support::Noise;
-    use crate::trace::leaf::nearest;
+    use crate::trace::single_precision::nearest;
 
     const WIDTH: usize = 4;
 

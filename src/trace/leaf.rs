@@ -1,25 +1,23 @@
-//! Leaves: parts of patches small enough that a ray's hits with them are told apart without looking at the patch.
+//! Leaves: parts of patches small enough that a ray's hits with them are isolated without looking at the patch.
 //!
 //! A leaf is a sub-rectangle of a patch with an affine map of space after which its surface is (u + f, v + g, h) over
 //! -1 <= u, v <= 1, with small f, g and h, each a quadratic form of (u, v) and a bounded rest. The bounds hold on a
-//! rectangle [`DOMAIN`] times as large, so that a root just outside the leaf is known to be the one that was isolated.
+//! rectangle [`DOMAIN`](super::net::DOMAIN) times as large, so that a root just outside the leaf is known to be the one that was isolated.
 
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::math::polygon::{self, Side};
 use crate::patch::{Overlap, TrimRegion, TrimmedPatch};
 
+use super::height_graph::{HeightGraph, hull, quadratic_range};
 use super::local::LocalSpace;
-use super::shape::{Shape, hull, quadratic_range};
+use super::single_precision::{down, nearest, up};
 
 /// Slope bound of f, g and h below which a rectangle is not split further.
 ///
 /// The bounds on how far the ray's height above the surface is from a quadratic, and on how far its slope is, fall with
 /// the square of the slopes. On a twisted cube of degree 2 × 2 × 2, 0.12 makes 2,992 leaves and 0.2 makes 384.
 const SLOPE: f64 = 0.17;
-
-/// Bounds hold for |u|, |v| up to this: see [`Shape`].
-pub(crate) const DOMAIN: f64 = 1.25;
 
 /// Most halvings of a rectangle: a patch with a cusp or a collapsed edge would be split for ever.
 const MAX_HALVINGS: u32 = 10;
@@ -76,7 +74,7 @@ pub(crate) struct Leaf {
     pub(crate) slope_error: [f32; 2],
     /// Bound on the difference between (u, v) and (x, y) less the forms of f and g at (x, y).
     pub(crate) place_error: f32,
-    /// Roots with |u| and |v| up to this are told apart by the bounds.
+    /// Roots with |u| and |v| up to this are isolated by the bounds.
     pub(crate) domain: f32,
     /// 1 and the greatest slope of f and g: how far (u, v) moves with (x, y).
     pub(crate) stretch: f32,
@@ -142,7 +140,7 @@ struct Candidate {
     inside: Vec<(u32, Vec<DVec2>)>,
     /// With what is inside borders that are curves.
     overlap: Overlap,
-    shape: Shape,
+    graph: HeightGraph,
 }
 
 impl Leaves {
@@ -165,17 +163,17 @@ impl Splitter<'_> {
         if overlap == Overlap::None {
             return None;
         }
-        let shape = Shape::of(&self.trimmed.patch, [low, high], self.space);
-        Some(Candidate { low, high, inside, overlap, shape })
+        let graph = HeightGraph::new(&self.trimmed.patch, [low, high], self.space);
+        Some(Candidate { low, high, inside, overlap, graph })
     }
 
     fn split(&mut self, candidate: Candidate, halvings: u32) {
         let size = candidate.high - candidate.low;
         let splittable = halvings < MAX_HALVINGS && size.min_element() > 0.0;
-        if candidate.shape.steepest() > SLOPE && splittable {
+        if candidate.graph.steepest() > SLOPE && splittable {
             let [by_s, by_t] = [0, 1].map(|axis| self.halves(&candidate, axis));
             // the sum, not the greatest: often one half keeps the slopes of the whole
-            let cost = |halves: &[Candidate]| halves.iter().map(|c| c.shape.steepest()).sum::<f64>();
+            let cost = |halves: &[Candidate]| halves.iter().map(|c| c.graph.steepest()).sum::<f64>();
             let halves = if cost(&by_s) <= cost(&by_t) { by_s } else { by_t };
             for half in halves {
                 self.split(half, halvings + 1);
@@ -202,9 +200,9 @@ impl Splitter<'_> {
     }
 
     fn push(&mut self, candidate: &Candidate) {
-        let Candidate { low, high, shape, inside, .. } = candidate;
+        let Candidate { low, high, graph, inside, .. } = candidate;
         let (middle, half) = (0.5 * (*low + *high), 0.5 * (*high - *low));
-        let steepness = (0..3).map(|row| shape.to_leaf.row(row).length()).fold(0.0, f64::max);
+        let steepness = (0..3).map(|row| graph.to_leaf.row(row).length()).fold(0.0, f64::max);
         // across a ray that a proof is made for, an error moves the hit by twice its length in leaf coordinates at most
         let slack = OVERLAP + 8.0 * self.error * steepness;
         let smallest = half.min_element().max(f64::MIN_POSITIVE);
@@ -213,17 +211,17 @@ impl Splitter<'_> {
         let (reach, world) = self.reach(candidate, corners, slack + border);
         let cover = self.cover(candidate);
         self.into.leaves.push(Leaf {
-            to_leaf: [0, 1, 2].map(|row| single(shape.to_leaf.row(row))),
-            centre: single(shape.centre),
+            to_leaf: [0, 1, 2].map(|row| single(graph.to_leaf.row(row))),
+            centre: single(graph.centre),
             low: [0, 1, 2].map(|axis| down(reach[0][axis])),
             high: [0, 1, 2].map(|axis| up(reach[1][axis])),
-            forms: shape.forms,
-            cubic: shape.cubic,
-            height_error: up(shape.height_error + 4.0 * slack),
-            slope_error: shape.slope_error.to_array().map(|error| up(error + 4.0 * slack)),
-            place_error: up(shape.place_error + 4.0 * slack),
-            domain: down(shape.domain),
-            stretch: up(shape.stretch),
+            forms: graph.forms,
+            cubic: graph.cubic,
+            height_error: up(graph.height_error + 4.0 * slack),
+            slope_error: graph.slope_error.to_array().map(|error| up(error + 4.0 * slack)),
+            place_error: up(graph.place_error + 4.0 * slack),
+            domain: down(graph.domain),
+            stretch: up(graph.stretch),
             steepness: up(steepness),
             border: up(border),
             middle: middle.to_array(),
@@ -243,17 +241,17 @@ impl Splitter<'_> {
         corners: impl Iterator<Item = DVec2>,
         slack: f64,
     ) -> ([DVec3; 2], [DVec3; 2]) {
-        let shape = &candidate.shape;
+        let graph = &candidate.graph;
         let pad = 8.0 * self.error + 4.0 * OVERLAP + 2.0 * TANGENT_TOLERANCE;
-        if !shape.is_proven() {
+        if !graph.is_proven() {
             let [low, high] = hull(&self.trimmed.patch, [candidate.low, candidate.high], self.space);
             let pad = pad * (1.0 + (high - low).length());
-            return (shape.reach_of_box([low - pad, high + pad]), [low - pad, high + pad]);
+            return (graph.reach_of_box([low - pad, high + pad]), [low - pad, high + pad]);
         }
-        let ranges = [0, 1, 2].map(|part| quadratic_range(shape.forms[part]).map(f64::from));
-        let least = DVec3::from_array(ranges.map(|range| range[0])) - shape.rest - 4.0 * slack;
-        let greatest = DVec3::from_array(ranges.map(|range| range[1])) + shape.rest + 4.0 * slack;
-        let from_leaf = shape.to_leaf.inverse();
+        let ranges = [0, 1, 2].map(|part| quadratic_range(graph.forms[part]).map(f64::from));
+        let least = DVec3::from_array(ranges.map(|range| range[0])) - graph.rest - 4.0 * slack;
+        let greatest = DVec3::from_array(ranges.map(|range| range[1])) + graph.rest + 4.0 * slack;
+        let from_leaf = graph.to_leaf.inverse();
         let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let (mut leaf, mut local) = (empty, empty);
         for corner in corners {
@@ -266,7 +264,7 @@ impl Splitter<'_> {
         // the box of the image of a box
         let (middle, half) = (0.5 * (least + greatest), 0.5 * (greatest - least));
         let spread = DMat3::from_cols(from_leaf.x_axis.abs(), from_leaf.y_axis.abs(), from_leaf.z_axis.abs());
-        let (middle, half) = (shape.centre + from_leaf * middle, spread * half + pad);
+        let (middle, half) = (graph.centre + from_leaf * middle, spread * half + pad);
         (leaf, [local[0] + middle - half, local[1] + middle + half])
     }
 
@@ -315,32 +313,4 @@ fn single(v: DVec3) -> [f32; 3] {
 
 fn single2(v: DVec2) -> [f32; 2] {
     v.to_array().map(nearest)
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "rounding to single precision is the purpose")]
-pub(crate) fn nearest(x: f64) -> f32 {
-    x as f32
-}
-
-/// The least single-precision number not below `x`.
-pub(crate) fn up(x: f64) -> f32 {
-    let nearest = nearest(x);
-    if f64::from(nearest) < x { nearest.next_up() } else { nearest }
-}
-
-/// The greatest single-precision number not above `x`.
-pub(crate) fn down(x: f64) -> f32 {
-    -up(-x)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rounding_is_outward() {
-        for x in [0.1, -0.1, 1e-50, -1e-50, 16_777_217.0, 0.0, 1.0] {
-            assert!(f64::from(down(x)) <= x && f64::from(up(x)) >= x, "{x}");
-        }
-    }
 }

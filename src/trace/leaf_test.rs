@@ -5,7 +5,8 @@
 use crate::math::lanes::{Real, Truth, Vector};
 use crate::patch::PointLanes;
 
-use super::leaf::{Cover, Cut, DOMAIN, Leaf, by_loop};
+use super::leaf::{Cover, Cut, Leaf, by_loop};
+use super::net::DOMAIN;
 
 /// Most Newton steps from a seed. It is close enough for 2 to 4; a search that takes more is given to clipping.
 const MAX_STEPS: usize = 10;
@@ -55,8 +56,8 @@ pub(super) struct Seed<R: Real> {
     t: R,
     /// The root's distance from `t` is no more than this.
     window: R,
-    /// Roots that are no farther than this from `t` are told apart by the bounds.
-    told_apart: R,
+    /// The bounds isolate roots that are no farther than this from `t`.
+    isolation: R,
     u: R,
     v: R,
     /// The root's distance from (u, v) along each is no more than this.
@@ -118,7 +119,7 @@ pub(super) fn approach<R: Real>(leaf: &Leaf, rays: &LocalRays<R>) -> Option<Appr
     let half = (to - from).abs() * 0.5;
     let size = inverse.x.abs().lesser(inverse.y.abs()).lesser(inverse.z.abs());
     let span = half + (half + size) * BEYOND;
-    let seen = SeenFrom { t: middle, half, span, place: origin.plus(way.times(middle)), way };
+    let seen = CentredRays { t: middle, half, span, place: origin.plus(way.times(middle)), way };
     let Approach { undecided, seeds: [mut near, mut far] } = isolate(leaf, &seen, slack);
     near.wanted = near.wanted & entered & (near.t - near.window).le(rays.t_max);
     far.wanted = far.wanted & entered & (far.t - far.window).le(rays.t_max);
@@ -151,8 +152,8 @@ fn slab<R: Real>(
     [enter.greater((near - origin) * inverse), leave.lesser((far - origin) * inverse)]
 }
 
-/// Rays in leaf coordinates, as seen from the parameter `t`.
-struct SeenFrom<R> {
+/// Rays in leaf coordinates, with their parameters counted from `t`.
+struct CentredRays<R> {
     t: R,
     /// How far the part of interest reaches before and after.
     half: R,
@@ -176,7 +177,7 @@ impl<R: Real> Seed<R> {
             wanted: zero.lt(zero),
             t: zero,
             window: zero,
-            told_apart: zero,
+            isolation: zero,
             u: zero,
             v: zero,
             radius: zero,
@@ -184,9 +185,9 @@ impl<R: Real> Seed<R> {
         }
     }
 
-    /// About the root `t` of the quadratic.
+    /// The seed about the root `t` of the quadratic.
     #[inline(always)]
-    fn of(leaf: &Leaf, rays: &SeenFrom<R>, [t, window]: [R; 2], slack: R) -> Self {
+    fn at_root(leaf: &Leaf, rays: &CentredRays<R>, [t, window]: [R; 2], slack: R) -> Self {
         let (x, y) = (rays.place.x + rays.way.x * t, rays.place.y + rays.way.y * t);
         let (u, v) = (x - form(&leaf.forms[0], x, y), y - form(&leaf.forms[1], x, y));
         let speed = rays.way.x.abs().greater(rays.way.y.abs());
@@ -194,13 +195,13 @@ impl<R: Real> Seed<R> {
         let border = constant(t, leaf.border) + slack * 2.0;
         let reach = radius + border + 1.0;
         let wanted = t.abs().le(rays.half + window) & u.abs().le(reach) & v.abs().le(reach);
-        Self { wanted, t: t + rays.t, window, told_apart: rays.span - t.abs(), u, v, radius, border }
+        Self { wanted, t: t + rays.t, window, isolation: rays.span - t.abs(), u, v, radius, border }
     }
 }
 
 /// The isolation of roots that [`approach`] describes.
 #[inline(always)]
-fn isolate<R: Real>(leaf: &Leaf, rays: &SeenFrom<R>, slack: R) -> Approach<R> {
+fn isolate<R: Real>(leaf: &Leaf, rays: &CentredRays<R>, slack: R) -> Approach<R> {
     let Vector { x, y, z } = rays.place;
     let Vector { x: dx, y: dy, z: dz } = rays.way;
     let [a, b, c] = &leaf.forms[2];
@@ -245,8 +246,8 @@ fn isolate<R: Real>(leaf: &Leaf, rays: &SeenFrom<R>, slack: R) -> Approach<R> {
     let window = (height_error + height_error) / root;
     let swapped = b.lt(a);
     let (near, far) = (R::select(swapped, b, a), R::select(swapped, a, b));
-    let mut near = Seed::of(leaf, rays, [near, window], slack);
-    let mut far = Seed::of(leaf, rays, [far, window], slack);
+    let mut near = Seed::at_root(leaf, rays, [near, window], slack);
+    let mut far = Seed::at_root(leaf, rays, [far, window], slack);
     near.wanted = near.wanted & isolated;
     far.wanted = far.wanted & isolated;
     Approach { undecided, seeds: [near, far] }
@@ -295,7 +296,7 @@ pub(super) fn newton<R: Real>(
     let mut found = domain.lt(domain);
     for _ in 0..MAX_STEPS {
         *steps += active.count();
-        let step = NewtonStep::of(&eval([s, t]), rays);
+        let step = NewtonStep::new(&eval([s, t]), rays);
         s = R::select(active, s + step.s, s);
         t = R::select(active, t + step.t, t);
         u = (s - middle_s) * per_s;
@@ -311,9 +312,9 @@ pub(super) fn newton<R: Real>(
     }
     // the window is what the bounds say in exact arithmetic
     let window = seed.window * (1.0 + 1e-6) + ray_t.abs() * (8.0 * f64::EPSILON);
-    let window = window.lesser(seed.told_apart);
-    let told_apart = constant(u, leaf.domain);
-    let found = found & (ray_t - seed.t).abs().le(window) & u.abs().le(told_apart) & v.abs().le(told_apart);
+    let window = window.lesser(seed.isolation);
+    let isolated = constant(u, leaf.domain);
+    let found = found & (ray_t - seed.t).abs().le(window) & u.abs().le(isolated) & v.abs().le(isolated);
     let edge = seed.border + 1.0;
     Roots { found, inside: found & u.abs().le(edge) & v.abs().le(edge), s, t, ray_t }
 }
@@ -327,9 +328,9 @@ struct NewtonStep<R> {
 }
 
 impl<R: Real> NewtonStep<R> {
-    /// By Cramer's rule, with ds × dt · direction as determinant.
+    /// The step by Cramer's rule, with ds × dt · direction as determinant.
     #[inline(always)]
-    fn of(point: &PointLanes<R>, rays: &WorldRays<R>) -> Self {
+    fn new(point: &PointLanes<R>, rays: &WorldRays<R>) -> Self {
         let residual = point.position.minus(rays.origin);
         let across = rays.direction.cross(residual);
         let normal = point.dp_ds.cross(point.dp_dt);

@@ -9,6 +9,7 @@ mod collapse;
 mod geometry;
 #[cfg(test)]
 mod hard_cases;
+mod height_graph;
 mod interaction;
 mod leaf;
 mod leaf_test;
@@ -25,7 +26,7 @@ mod ray;
 mod scene;
 mod scratch;
 mod search;
-mod shape;
+mod single_precision;
 mod slabs;
 mod statistics;
 mod target;

@@ -1,4 +1,4 @@
-//! Control points of a part of a patch in leaf coordinates, and what they say of the functions f, g and h of a `Shape`.
+//! Control points of a part of a patch in leaf coordinates, and what they say of the functions f, g and h of a `HeightGraph`.
 
 use std::sync::LazyLock;
 
@@ -7,8 +7,11 @@ use glam::{DMat3, DVec3, DVec4};
 use crate::math::bernstein::{MAX_ORDER, binomial};
 use crate::patch::BezierPatch;
 
-use super::leaf::{DOMAIN, nearest};
 use super::local::LocalSpace;
+use super::single_precision::nearest;
+
+/// Bounds hold for |u|, |v| up to this: see [`HeightGraph`](super::height_graph::HeightGraph).
+pub(crate) const DOMAIN: f64 = 1.25;
 
 /// From the world to leaf coordinates.
 pub(super) struct LeafMap<'a> {
@@ -24,7 +27,7 @@ pub(super) struct Series {
     pub(super) forms: [[f32; 3]; 3],
     /// Coefficients of u³, u² v, u v², v³ of h.
     pub(super) h_cubic: [f64; 4],
-    /// Of f, g and h; of what is left of them without their quadratic forms; and of h without its cubic form as well.
+    /// Bounds of f, g and h; of what is left of them without their quadratic forms; and of h without its cubic form as well.
     pub(super) bounds: [Bounds; 3],
 }
 
@@ -77,7 +80,7 @@ impl LeafMap<'_> {
 }
 
 impl Net {
-    pub(super) fn of(sub: &BezierPatch, map: &LeafMap) -> Self {
+    pub(super) fn new(sub: &BezierPatch, map: &LeafMap) -> Self {
         let points = sub.positions().map(|point| map.point(point)).collect();
         Self { degree: sub.degree(), points }
     }

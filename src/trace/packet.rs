@@ -1,4 +1,4 @@
-//! Rays traced together: those of a packet go through the tree as one and are told apart at the leaves.
+//! Rays traced together: those of a packet go through the tree as one and are tested each at the leaves.
 //!
 //! A ray finds the same hit as alone, to the bit: the leaves' tests are the same code in each lane, and the tree only
 //! leaves out boxes that no ray of the packet enters.
@@ -17,7 +17,7 @@ use super::leaf_test::{
 };
 use super::local::LocalSpace;
 use super::object::PatchHit;
-use super::query::{self, Asked};
+use super::query::{self, TransformedRay};
 use super::scene::TracedScene;
 use super::scratch::{Scratch, Solver};
 use super::slabs::{PacketSlabs, SpreadSlabs};
@@ -37,9 +37,9 @@ const TOGETHER: f64 = 0.05;
 /// many that single rays do not. As many visits take about as long as the rays alone.
 const MAX_VISITS: usize = 64;
 
-/// What is asked of the rays of a packet.
+/// Which hits of a packet's rays are looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Question {
+pub(super) enum QueryKind {
     /// The nearest hit.
     Closest,
     /// Any hit at all: the first one found.
@@ -54,7 +54,7 @@ pub(super) fn closest<S: Simd>(
     (rays, hits): (&[Ray], &mut [Option<PatchHit>]),
     scratch: &mut Scratch,
 ) {
-    let Some(packet) = trace(simd, scene, rays, scratch, Question::Closest) else {
+    let Some(packet) = trace(simd, scene, rays, scratch, QueryKind::Closest) else {
         for (ray, hit) in rays.iter().zip(hits) {
             *hit = query::closest(simd, scene, ray, scratch);
         }
@@ -73,7 +73,7 @@ pub(super) fn any<S: Simd>(
     (rays, found): (&[Ray], &mut [bool]),
     scratch: &mut Scratch,
 ) {
-    let Some(packet) = trace(simd, scene, rays, scratch, Question::Any) else {
+    let Some(packet) = trace(simd, scene, rays, scratch, QueryKind::Any) else {
         for (ray, found) in rays.iter().zip(found) {
             *found = query::any(simd, scene, ray, scratch);
         }
@@ -117,7 +117,7 @@ fn trace<S: Simd>(
     scene: &TracedScene,
     rays: &[Ray],
     scratch: &mut Scratch,
-    question: Question,
+    kind: QueryKind,
 ) -> Option<Packet<S>> {
     // a few lanes are not worth the work for all
     if rays.len() < PACKET / 4 {
@@ -142,7 +142,7 @@ fn trace<S: Simd>(
                     return f64x8::splat(simd, f64::NEG_INFINITY);
                 }
                 for half in 0..HALVES {
-                    packet.visit_leaf(simd, (scene, index), (rays, half), solver, question);
+                    packet.visit_leaf(simd, (scene, index), (rays, half), solver, kind);
                 }
                 packet.halves[0].local.t_max.greater(packet.halves[1].local.t_max)
             },
@@ -164,7 +164,7 @@ fn trace<S: Simd>(
                 let mut changed = false;
                 for half in 0..HALVES {
                     if entered >> (half * LANES) & 0xff != 0 {
-                        changed |= packet.visit_leaf(simd, (scene, index), (rays, half), solver, question);
+                        changed |= packet.visit_leaf(simd, (scene, index), (rays, half), solver, kind);
                     }
                 }
                 changed.then(|| slabs.distances([packet.halves[0].local.t_max, packet.halves[1].local.t_max]))
@@ -195,7 +195,7 @@ impl<S: Simd> Packet<S> {
         (scene, index): (&TracedScene, usize),
         (rays, half): (&[Ray], usize),
         solver: &mut Solver,
-        question: Question,
+        kind: QueryKind,
     ) -> bool {
         let Half { local, world, best } = &mut self.halves[half];
         solver.statistics.leaf_tests += LANES as u64;
@@ -228,12 +228,12 @@ impl<S: Simd> Packet<S> {
         }
         if apart.any() {
             changed = true;
-            self.ask_apart(simd, (scene, index), (rays, half, apart.to_bitmask()), solver);
+            self.test_alone(simd, (scene, index), (rays, half, apart.to_bitmask()), solver);
         }
         let Half { local, best, .. } = &mut self.halves[half];
-        local.t_max = match question {
-            Question::Closest => local.t_max.lesser(best.t),
-            Question::Any => {
+        local.t_max = match kind {
+            QueryKind::Closest => local.t_max.lesser(best.t),
+            QueryKind::Any => {
                 let found = best.t.lt(best.t.all(f64::INFINITY));
                 f64x8::select(found, best.t.all(f64::NEG_INFINITY), local.t_max)
             }
@@ -244,7 +244,7 @@ impl<S: Simd> Packet<S> {
     /// Lanes that the leaf's bounds or single precision cannot decide, each as a ray alone.
     #[cold]
     #[inline(never)]
-    fn ask_apart(
+    fn test_alone(
         &mut self,
         simd: S,
         (scene, index): (&TracedScene, usize),
@@ -259,10 +259,10 @@ impl<S: Simd> Packet<S> {
             let t_max = before.map_or(ray.t_max, |hit| hit.t);
             let mut best = before;
             let mut accept = |hit: PatchHit, t_max: f64| query::keep_nearer(&mut best, hit, t_max);
-            let asked = Asked { ray, local: &scene.space().ray(ray) };
+            let transformed = TransformedRay { ray, local: &scene.space().ray(ray) };
             simd.vectorize(
                 #[inline(always)]
-                || query::visit_leaf(simd, (scene, index), &asked, (solver, t_max), &mut accept),
+                || query::visit_leaf(simd, (scene, index), &transformed, (solver, t_max), &mut accept),
             );
             if let Some(hit) = best.filter(|_| best != before) {
                 let lanes = &mut self.halves[half].best;
@@ -328,7 +328,7 @@ impl<S: Simd> OrderWork for Seek<'_, S> {
 }
 
 impl<S: Simd> Half<S> {
-    /// Of the rays from `first`. Lanes without a ray have a direction of the others and never hit.
+    /// The half with the rays from `first` on. Lanes without a ray have a direction of the others and never hit.
     #[inline(always)]
     fn new(simd: S, space: &LocalSpace, (rays, first): (&[Ray], usize)) -> Self {
         let row = |lane: usize| -> f64x8<S> {

@@ -1,4 +1,4 @@
-//! The questions rays ask, each compiled for several kinds of processor.
+//! The queries of rays, each compiled for several kinds of processor.
 //!
 //! What is called from here is `#[inline(always)]` down to the vectors, so that all of it is compiled for the processor's
 //! vectors. The same Rust code runs whatever their width, and nothing is fused or reordered: the bits are the same.
@@ -107,19 +107,19 @@ fn visit<S: Simd>(
     let Scratch { stack, solver } = scratch;
     solver.statistics.rays += 1;
     let local = scene.space().ray(ray);
-    let asked = Asked { ray, local: &local };
+    let transformed = TransformedRay { ray, local: &local };
     scene.bvh().traverse(
         simd,
         (&local, [ray.t_min, ray.t_max]),
         stack,
         #[inline(always)]
-        |index, t_max| visit_leaf(simd, (scene, index), &asked, (solver, t_max), &mut accept),
+        |index, t_max| visit_leaf(simd, (scene, index), &transformed, (solver, t_max), &mut accept),
     );
 }
 
 /// A ray in the world and in local coordinates.
 #[derive(Clone, Copy)]
-pub(super) struct Asked<'a> {
+pub(super) struct TransformedRay<'a> {
     pub(super) ray: &'a Ray,
     pub(super) local: &'a LocalRay,
 }
@@ -129,16 +129,16 @@ pub(super) struct Asked<'a> {
 pub(super) fn visit_leaf<S: Simd>(
     simd: S,
     (scene, index): (&TracedScene, usize),
-    asked: &Asked<'_>,
+    transformed: &TransformedRay<'_>,
     (solver, mut t_max): (&mut Solver, f64),
     accept: &mut impl FnMut(PatchHit, f64) -> f64,
 ) -> f64 {
     solver.statistics.leaf_tests += 1;
-    let ray = asked.ray;
+    let ray = transformed.ray;
     let local = LocalRays {
-        origin: vector(asked.local.origin),
-        direction: vector(asked.local.direction),
-        rounding: asked.local.rounding,
+        origin: vector(transformed.local.origin),
+        direction: vector(transformed.local.direction),
+        rounding: transformed.local.rounding,
         t_min: ray.t_min,
         t_max,
         t_limit: ray.t_max,
@@ -154,9 +154,9 @@ pub(super) fn visit_leaf<S: Simd>(
             let world = WorldRays { origin: vector(ray.origin), direction: vector(ray.direction) };
             let steps = &mut solver.statistics.newton_steps;
             match target.trimmed.patch.with_orders(Seek { simd, target, world, seed: &seed, steps }) {
-                Sought::Beside => {}
-                Sought::Undecided => undecided = true,
-                Sought::Root(root) => {
+                SeedOutcome::Outside => {}
+                SeedOutcome::Undecided => undecided = true,
+                SeedOutcome::Root(root) => {
                     if let Some(hit) = trimmed_hit(target, ray, &root, [ray.t_min, t_max], solver) {
                         t_max = accept(hit, t_max);
                     }
@@ -168,11 +168,11 @@ pub(super) fn visit_leaf<S: Simd>(
 }
 
 /// What became of a seed.
-enum Sought {
+enum SeedOutcome {
     /// Its root is in the leaf.
     Root(LeafRoot),
     /// Its root is not in the leaf.
-    Beside,
+    Outside,
     /// Newton's method did not reach it.
     Undecided,
 }
@@ -187,10 +187,10 @@ struct Seek<'a, S> {
 }
 
 impl<S: Simd> OrderWork for Seek<'_, S> {
-    type Output = Sought;
+    type Output = SeedOutcome;
 
     #[inline(always)]
-    fn run<const M: usize, const N: usize>(self) -> Sought {
+    fn run<const M: usize, const N: usize>(self) -> SeedOutcome {
         let Self { simd, target, world, seed, steps } = self;
         simd.vectorize(
             #[inline(always)]
@@ -205,11 +205,11 @@ impl<S: Simd> OrderWork for Seek<'_, S> {
                     steps,
                 );
                 if inside {
-                    Sought::Root(LeafRoot { st: DVec2::new(s, t), t: ray_t, tangent: false })
+                    SeedOutcome::Root(LeafRoot { st: DVec2::new(s, t), t: ray_t, tangent: false })
                 } else if found {
-                    Sought::Beside
+                    SeedOutcome::Outside
                 } else {
-                    Sought::Undecided
+                    SeedOutcome::Undecided
                 }
             },
         )

@@ -8,8 +8,8 @@ use glam::{DVec3, DVec4};
 use crate::math::bernstein::{MAX_DEGREE, binomial};
 use crate::patch::BezierPatch;
 
-use super::leaf::{DOMAIN, nearest};
-use super::net::{Bounds, LeafMap, MIDDLE_WEIGHTS, Series};
+use super::net::{Bounds, DOMAIN, LeafMap, MIDDLE_WEIGHTS, Series};
+use super::single_precision::nearest;
 
 /// Greatest degree of q.
 const RAISED: usize = 3;
@@ -48,11 +48,11 @@ pub(super) struct RationalNet {
 /// Coefficients of one index.
 #[derive(Clone, Copy)]
 struct Coefficient {
-    /// Of R.
+    /// That of R.
     left: DVec3,
-    /// Of u^a v^b W.
+    /// Those of u^a v^b W.
     moments: Moments<f64>,
-    /// Of W with one degree less along u, as R's partial by u has, and along v; none in the last row or column.
+    /// Those of W with one degree less along u, as R's partial by u has, and along v; none in the last row or column.
     lowered: [f64; 2],
 }
 
@@ -62,17 +62,17 @@ type Moments<T> = [[T; RAISED + 1]; RAISED + 1];
 /// A coefficient along v, before those along u are taken together.
 #[derive(Clone, Copy)]
 struct RowCoefficient {
-    /// Of (X, W).
+    /// That of (X, W).
     point: DVec4,
-    /// Of v W, v² W, v³ W.
+    /// Those of v W, v² W, v³ W.
     moments: [f64; RAISED],
-    /// Of W with one degree less.
+    /// That of W with one degree less.
     lowered: f64,
 }
 
 impl RationalNet {
     /// `Err` if the weights allow no bounds, with how much they differ.
-    pub(super) fn of(sub: &BezierPatch, map: &LeafMap) -> Result<Self, f64> {
+    pub(super) fn try_new(sub: &BezierPatch, map: &LeafMap) -> Result<Self, f64> {
         let [m, n] = sub.degree();
         let points: Vec<_> = sub.control_points().map(|point| map.homogeneous(point)).collect();
         let degree = [m + RAISED, n + RAISED];

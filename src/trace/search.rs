@@ -201,7 +201,7 @@ impl Search<'_> {
             self.add_degenerate(low, high, &WHOLE_BOX);
             return Step::Done;
         }
-        let slopes = Slopes::of(points, degree);
+        let slopes = Slopes::new(points, degree);
         if let Some(inverse) = slopes.inverse()
             && let Some(variation) = slopes.variation(points, degree, inverse)
         {
@@ -375,7 +375,7 @@ struct Slopes {
 }
 
 impl Slopes {
-    fn of(points: &[DVec2], [m, n]: [usize; 2]) -> Self {
+    fn new(points: &[DVec2], [m, n]: [usize; 2]) -> Self {
         let mut slopes = Self { mean: [DVec2::ZERO; 2], longest_sq: [0.0; 2] };
         for_each_derivative(points, [m, n], |side, vector| {
             slopes.mean[side] += vector;

@@ -5,9 +5,9 @@ use fearless_simd::{Simd, f32x8, f32x16, f64x8, mask32x16};
 
 use crate::math::lanes::Real;
 
-use super::leaf::{down, nearest, up};
 use super::leaf_test::LocalRays;
 use super::local::LocalRay;
+use super::single_precision::{down, nearest, up};
 
 /// Children of a node: as many boxes as the widest common vectors hold in single precision.
 pub(super) const WIDTH: usize = 8;
@@ -214,7 +214,7 @@ impl PacketAxis {
 }
 
 impl<S: Simd> PacketSlabs<S> {
-    /// Of rays side by side; `None` if their directions are not all in one octant.
+    /// The slabs of rays side by side; `None` if their directions are not all in one octant.
     #[inline(always)]
     pub(crate) fn new(simd: S, [a, b]: [&LocalRays<f64x8<S>>; 2]) -> Option<Self> {
         let per_t = [Real::sqrt(a.direction.dot(a.direction)), Real::sqrt(b.direction.dot(b.direction))];
@@ -270,7 +270,7 @@ pub(crate) struct SpreadSlabs<S: Simd> {
 }
 
 impl<S: Simd> SpreadSlabs<S> {
-    /// Of rays side by side.
+    /// The slabs of rays side by side.
     #[inline(always)]
     pub(crate) fn new(simd: S, [a, b]: [&LocalRays<f64x8<S>>; 2]) -> Self {
         let per_t = [Real::sqrt(a.direction.dot(a.direction)), Real::sqrt(b.direction.dot(b.direction))];

@@ -27,7 +27,7 @@ pub(super) struct Tested {
 }
 
 impl Tested {
-    pub(super) fn of(test: &SceneTest, result: &TestResult) -> Result<Self, CliError> {
+    pub(super) fn try_new(test: &SceneTest, result: &TestResult) -> Result<Self, CliError> {
         let judged = result.judgement.as_ref();
         let comparison = judged.and_then(|judged| judged.comparison.as_ref());
         let figures = judged.map(|judged| judged.figures()).unwrap_or_default();

@@ -4,10 +4,10 @@ use glam::{DMat3, DVec2, DVec3};
 
 use crate::patch::BezierPatch;
 
-use super::leaf::{DOMAIN, nearest};
 use super::local::LocalSpace;
-use super::net::{Bounds, LeafMap, Net, Series};
+use super::net::{Bounds, DOMAIN, LeafMap, Net, Series};
 use super::rational_net::RationalNet;
+use super::single_precision::nearest;
 
 /// Bounds are multiplied by this, for the roundings of their own making.
 const ROUNDING: f64 = 1.0 + 1e-9;
@@ -18,7 +18,7 @@ const ROUNDING: f64 = 1.0 + 1e-9;
 /// Everything here bounds what H, its slopes and φ differ from the first terms of their expansions: φ(p) from p - F₂(p),
 /// and H(p) from h₂(p) + c(p) with the cubic form c = h₃ - ∇h₂ · F₂, an index being the degree of a part of f, g or h.
 /// |φ(p) - p| is at most the greatest |F|, and Dφ = (1 + DF)⁻¹ differs from 1 by at most |DF| / (1 - |DF|).
-pub(crate) struct Shape {
+pub(crate) struct HeightGraph {
     /// The local point that becomes the origin: the surface's middle, rounded to single precision.
     pub(crate) centre: DVec3,
     /// From local to leaf coordinates, rounded to single precision: partials in the middle become the first two axes.
@@ -42,10 +42,10 @@ pub(crate) struct Shape {
     steepest: f64,
 }
 
-impl Shape {
+impl HeightGraph {
     /// The part of a patch over a rectangle. One without a normal in its middle gets infinite bounds, and so does a
     /// rational one whose weights differ too much over the domain.
-    pub(crate) fn of(patch: &BezierPatch, [low, high]: [DVec2; 2], space: &LocalSpace) -> Self {
+    pub(crate) fn new(patch: &BezierPatch, [low, high]: [DVec2; 2], space: &LocalSpace) -> Self {
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         let point = patch.eval(middle);
         let centre = space.point(point.position).as_vec3().as_dvec3();
@@ -61,12 +61,12 @@ impl Shape {
         let sub = patch.subpatch(middle - DOMAIN * half, middle + DOMAIN * half);
         let map = LeafMap { space, centre, to_leaf };
         let series = if patch.is_rational() {
-            match RationalNet::of(&sub, &map) {
+            match RationalNet::try_new(&sub, &map) {
                 Ok(net) => net.series(),
                 Err(spread) => return Self::unproven(patch, [low, high], space, spread),
             }
         } else {
-            Net::of(&sub, &map).series()
+            Net::new(&sub, &map).series()
         };
         Self::bounded((centre, to_leaf), &series)
     }
@@ -150,11 +150,11 @@ impl Shape {
     }
 }
 
-/// What the bounds of a [`Shape`] are made of; all numbers are absolute values.
+/// What the bounds of a [`HeightGraph`] are made of; all numbers are absolute values.
 struct Expansion<'a> {
     forms: [[f64; 3]; 3],
     h_cubic: [f64; 4],
-    /// Of f, g, h; of what is left without quadratic forms; without h's cubic form as well.
+    /// Bounds of f, g, h; of what is left without quadratic forms; without h's cubic form as well.
     bounds: &'a [Bounds; 3],
     /// Greatest |f| and |g|.
     shift: DVec2,
@@ -280,12 +280,12 @@ mod tests {
                 let patch = noisy_patch(&mut noise, [1 + case % 6, 1 + case / 6 % 6], spread);
                 let low = 0.8 * DVec2::new(noise.next() + 0.5, noise.next() + 0.5);
                 let (low, high) = (low, low + 0.1 + 0.05 * noise.next());
-                let shape = Shape::of(&patch, [low, high], &space);
-                proven += usize::from(shape.is_proven());
-                for _ in 0..if shape.is_proven() { 50 } else { 0 } {
-                    let uv = 2.0 * shape.domain.min(1.0) * DVec2::new(noise.next(), noise.next());
+                let graph = HeightGraph::new(&patch, [low, high], &space);
+                proven += usize::from(graph.is_proven());
+                for _ in 0..if graph.is_proven() { 50 } else { 0 } {
+                    let uv = 2.0 * graph.domain.min(1.0) * DVec2::new(noise.next(), noise.next());
                     let what = format!("weights {spread}, case {case}");
-                    tightest = tightest.max(reached(&shape, (&patch, [low, high], &space), uv, &what));
+                    tightest = tightest.max(reached(&graph, (&patch, [low, high], &space), uv, &what));
                 }
             }
             assert!(proven > least_proven, "weights {spread}: {proven}");
@@ -306,41 +306,41 @@ mod tests {
 
     /// Fails unless the bounds hold at a point; gives the greatest part of one that occurs.
     fn reached(
-        shape: &Shape,
+        graph: &HeightGraph,
         (patch, [low, high], space): (&BezierPatch, [DVec2; 2], &LocalSpace),
         uv: DVec2,
         what: &str,
     ) -> f64 {
         let st = 0.5 * (low + high) + 0.5 * (high - low) * uv;
         let point = patch.eval(st);
-        let place = shape.to_leaf * (space.point(point.position) - shape.centre);
+        let place = graph.to_leaf * (space.point(point.position) - graph.centre);
         let form = |part: usize, at: DVec2| {
-            let [a, b, c] = shape.forms[part].map(f64::from);
+            let [a, b, c] = graph.forms[part].map(f64::from);
             a * at.x * at.x + b * at.x * at.y + c * at.y * at.y
         };
         let forms = DVec3::new(form(0, uv), form(1, uv), form(2, uv));
         let off = place - uv.extend(0.0) - forms;
-        assert!(off.abs().cmple(shape.rest).all(), "{what}: {off} of {}", shape.rest);
+        assert!(off.abs().cmple(graph.rest).all(), "{what}: {off} of {}", graph.rest);
         let p = place.truncate();
-        let [a, b, c, d] = shape.cubic.map(f64::from);
+        let [a, b, c, d] = graph.cubic.map(f64::from);
         let cubic = ((a * p.x + b * p.y) * p.x + c * p.y * p.y) * p.x + d * p.y * p.y * p.y;
         let error = place.z - form(2, p) - cubic;
-        assert!(error.abs() <= shape.height_error, "{what}: height");
+        assert!(error.abs() <= graph.height_error, "{what}: height");
         // slopes of the graph across and along a small step
         let partial = |axis: usize| 0.5 * (high - low)[axis] * space.vector([point.dp_ds, point.dp_dt][axis]);
-        let slopes = [partial(0), partial(1)].map(|step| shape.to_leaf * step);
+        let slopes = [partial(0), partial(1)].map(|step| graph.to_leaf * step);
         let gradient = DMat2::from_cols(slopes[0].truncate(), slopes[1].truncate()).transpose().inverse()
             * DVec2::new(slopes[0].z, slopes[1].z);
-        let [ha, hb, hc] = shape.forms[2].map(f64::from);
+        let [ha, hb, hc] = graph.forms[2].map(f64::from);
         let quadratic = DVec2::new(2.0 * ha * p.x + hb * p.y, hb * p.x + 2.0 * hc * p.y);
         let cubic = DVec2::new(
             (3.0 * a * p.x + 2.0 * b * p.y) * p.x + c * p.y * p.y,
             b * p.x * p.x + (2.0 * c * p.x + 3.0 * d * p.y) * p.y,
         );
         let off = (gradient - quadratic - cubic).abs();
-        assert!(off.cmple(shape.slope_error).all(), "{what}: {off} of {}", shape.slope_error);
+        assert!(off.cmple(graph.slope_error).all(), "{what}: {off} of {}", graph.slope_error);
         let back = p - DVec2::new(form(0, p), form(1, p));
-        assert!((back - uv).abs().max_element() <= shape.place_error, "{what}: place");
-        (error.abs() / shape.height_error).max((off / shape.slope_error).max_element())
+        assert!((back - uv).abs().max_element() <= graph.place_error, "{what}: place");
+        (error.abs() / graph.height_error).max((off / graph.slope_error).max_element())
     }
 }
