@@ -222,16 +222,14 @@ fn tables() -> BTreeMap<String, Table> {
     let region = format!(
         "{BALL_LAST}[[object.deform]]\ntype = \"extension\"\nmode = \"operator\"\n[[object.deform.region]]"
     );
-    let wholes: [(&str, String, &[(&str, &str)]); 5] = [
-        ("scene", String::new(), &[("object", "[{ name = \"a\", mesh = \"a.obj\" }]")]),
-        ("film", under("[film]"), &[]),
-        ("render", under("[render]"), &[]),
-        ("object", under("[[object]]"), &[("name", "\"a\""), ("mesh", "\"a.obj\"")]),
-        ("region", region, &[("bound", "\"u - 0.5\""), ("index", "2"), ("h", "1.0")]),
-    ];
-    for (id, before, entries) in wholes {
-        tables.insert(id.to_owned(), Table::headed(&before, entries));
-    }
+    let mut add = |id: &str, before: &str, entries: &[(&str, &str)]| {
+        tables.insert(id.to_owned(), Table::headed(before, entries));
+    };
+    add("scene", "", &[("object", "[{ name = \"a\", mesh = \"a.obj\" }]")]);
+    add("film", &under("[film]"), &[]);
+    add("render", &under("[render]"), &[]);
+    add("object", &under("[[object]]"), &[("name", "\"a\""), ("mesh", "\"a.obj\"")]);
+    add("region", &region, &[("bound", "\"u - 0.5\""), ("index", "2"), ("h", "1.0")]);
     let region = tables.get_mut("region").expect("it was put there");
     region.other_mode = Some(region.scene.replace("operator", "radial"));
     add_typed(&mut tables);
