@@ -49,6 +49,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+/// The examples of `docs/library.md`, which the tests run.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/library.md")]
+#[derive(Debug)]
+pub struct LibraryPage;
+
 pub mod analytic;
 pub mod arrays;
 #[cfg(feature = "cli")]
@@ -64,6 +70,7 @@ pub mod mesh;
 pub mod model;
 pub mod output;
 pub mod patch;
+pub mod prelude;
 #[cfg(feature = "cli")]
 pub mod reference_test;
 pub mod render;

@@ -61,7 +61,7 @@ pub enum OutputError {
 /// # Errors
 /// If the folder does not exist or refuses new files, or the path is a folder's.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
-    match Target::of(path)? {
+    match Target::at(path)? {
         Target::Special(path) => open_special(&path).map(|_| ()),
         Target::Regular(path) => Beside::create(&path).map(|_| ()),
     }
@@ -72,7 +72,7 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
 /// # Errors
 /// As [`check_writable`]; also when the disk is full. Nothing is left then but what was before.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    match Target::of(path)? {
+    match Target::at(path)? {
         Target::Special(path) => {
             let written = open_special(&path)?.write_all(bytes);
             written.map_err(|source| OutputError::Io { path, source })
@@ -202,7 +202,7 @@ enum Target {
 }
 
 impl Target {
-    fn of(path: &Path) -> Result<Self, OutputError> {
+    fn at(path: &Path) -> Result<Self, OutputError> {
         match fs::metadata(path) {
             Ok(there) if there.is_dir() => Err(OutputError::IsFolder { path: path.into() }),
             Ok(there) if there.is_file() => match fs::canonicalize(path) {

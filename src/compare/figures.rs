@@ -105,7 +105,7 @@ pub struct Needed {
 pub const METRICS: [Metric; 4] = [Metric::Flip, Metric::HdrFlip, Metric::Ssim, Metric::RelMse];
 
 impl MethodFigures {
-    /// Of a result and its picture's comparison with the exact one by [`METRICS`].
+    /// The figures of a result and of its picture's comparison with the exact one by [`METRICS`].
     #[must_use]
     pub fn new(result: &MethodResult, comparison: Option<&Comparison>) -> Self {
         Self {
@@ -116,7 +116,7 @@ impl MethodFigures {
             deviation: result.deviation.as_ref().ok().copied(),
             deviation_error: result.deviation.as_ref().err().cloned(),
             silhouette: result.silhouette,
-            image: comparison.map(ImageFigures::of),
+            image: comparison.map(ImageFigures::from_comparison),
             seconds: result.seconds.build + result.seconds.render,
             seconds_of: result.seconds,
             bytes: result.bytes.geometry + result.bytes.acceleration,
@@ -127,7 +127,7 @@ impl MethodFigures {
 }
 
 impl ImageFigures {
-    fn of(comparison: &Comparison) -> Self {
+    fn from_comparison(comparison: &Comparison) -> Self {
         let layer = |name: &str| comparison.layers.iter().find(|layer| layer.name == name);
         let figures = layer("color").map_or(&comparison.figures, |colours| &colours.figures);
         let metric = |metric: Metric| {

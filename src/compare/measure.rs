@@ -125,7 +125,7 @@ pub fn measure<E: From<CompareError>>(
     // all pictures from one place, which may depend on the object's size
     scene.camera = Some(exact.camera);
     let camera = Camera::try_new(&exact.camera, scene.film.size).map_err(CompareError::from)?;
-    let silhouette = Silhouette::of(&exact.traced, &camera, scene.film.size);
+    let silhouette = Silhouette::seen_by(&exact.traced, &camera, scene.film.size);
     let comparing = Comparing { settings, cancel, camera: &camera, objects, exact: &exact, silhouette };
     let result = comparing.result((&exact_scene, Method::Exact), &exact, build)?;
     each(Made { scene: &exact_scene, built: &exact, camera: &camera, result: &result })?;
@@ -179,14 +179,14 @@ impl Comparing<'_> {
         let silhouette = if method == Method::Exact {
             Some(SilhouetteError::default())
         } else {
-            self.silhouette.error(&Silhouette::of(&built.traced, self.camera, scene.film.size))
+            self.silhouette.error(&Silhouette::seen_by(&built.traced, self.camera, scene.film.size))
         };
         let triangles = if is_exact {
             self.objects.iter().map(|&index| built.objects[index].notes.triangles).sum()
         } else {
             patches
         };
-        let bytes = Bytes::of(built, &self.objects, is_exact);
+        let bytes = Bytes::used_by(built, &self.objects, is_exact);
         Ok(MethodResult {
             method,
             noise: false,

@@ -51,17 +51,17 @@ pub struct Seconds {
 /// Memory in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Bytes {
-    /// Of all objects as they are traced here.
+    /// Bytes of all objects as they are traced here.
     pub geometry: usize,
-    /// Of the acceleration structure.
+    /// Bytes of the acceleration structure.
     pub acceleration: usize,
-    /// Of the deformed objects as an indexed mesh would be: 12 for each triangle, 12 for each vertex; of exact patches 24 for
+    /// Bytes of the deformed objects as an indexed mesh would be: 12 for each triangle, 12 for each vertex; of exact patches 24 for
     /// each coordinate triple of a control point and the trims.
     pub plain: usize,
 }
 
 impl Bytes {
-    fn of(built: &BuiltScene, deformed: &[usize], is_exact: bool) -> Self {
+    fn used_by(built: &BuiltScene, deformed: &[usize], is_exact: bool) -> Self {
         let objects = built.traced.objects();
         let geometry = objects.iter().flat_map(|object| &object.patches).map(|patch| patch.bytes()).sum();
         let patches = deformed.iter().flat_map(|&index| &objects[index].patches);

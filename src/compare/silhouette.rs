@@ -30,8 +30,8 @@ pub struct SilhouetteError {
 }
 
 impl Silhouette {
-    /// That of a scene in a picture of `size` pixels.
-    pub fn of(scene: &TracedScene, camera: &Camera, [width, height]: [u32; 2]) -> Self {
+    /// The silhouette of a scene in a picture of this width and height in pixels.
+    pub fn seen_by(scene: &TracedScene, camera: &Camera, [width, height]: [u32; 2]) -> Self {
         let object = |tracer: &mut Tracer<'_>, pixel: DVec2| {
             tracer.closest(&camera.ray(pixel, DVec2::ZERO)).map(|hit| hit.object)
         };
@@ -151,7 +151,7 @@ mod tests {
     #[test]
     fn silhouettes_are_as_far_apart_as_they_were_moved() {
         let scene = scene_of(deform(&cube_triangles(), None, FrameChoice::Parallelogram));
-        let at = |pixels, aside| Silhouette::of(&scene, &above(pixels, aside), [32, 32]);
+        let at = |pixels, aside| Silhouette::seen_by(&scene, &above(pixels, aside), [32, 32]);
         let here = at(17.3, 0.0);
         assert_eq!(here.error(&here), Some(SilhouetteError::default()));
         // corners are cut within one pixel: half its diagonal at most

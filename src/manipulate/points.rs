@@ -29,7 +29,7 @@ pub struct PointSolution {
 }
 
 impl DirectManipulation {
-    /// Of sources in a lattice's box, on the lattice as it stands.
+    /// The equations of sources in a lattice's box, on the lattice as it stands.
     ///
     /// # Errors
     /// If a source is outside the box, or where all control points are held.

@@ -31,7 +31,7 @@ pub struct Judgement {
     pub failures: Vec<String>,
     /// What else is odd.
     pub notes: Vec<String>,
-    /// Of pictures of one kind.
+    /// The comparison, of pictures of one kind.
     pub comparison: Option<Comparison>,
 }
 

@@ -11,7 +11,7 @@ mod pictures;
 mod plot;
 mod scene_tests;
 
-pub use comparison::{MethodPictures, ShownScene, comparison_page};
+pub use comparison::{MethodPictures, PageError, ShownScene, comparison_page};
 pub use difference::{DifferencePage, difference_page};
 pub use junit::{TestCase, junit};
 pub use page::{Html, page, table};

@@ -21,7 +21,7 @@ pub(super) fn scientific(value: f64) -> String {
     if value.is_finite() && value != 0.0 { format!("{value:.1e}") } else { short(value) }
 }
 
-/// Of a whole: in per cent where it is not tiny.
+/// A share of a whole, in per cent where it is not tiny.
 pub(super) fn share(value: f64) -> String {
     if value < 1e-4 { scientific(value) } else { format!("{} %", short(value * 100.0)) }
 }

@@ -63,7 +63,7 @@ const INK: RGBColor = RGBColor(0, 0, 0);
 /// In the page it is dashed.
 const LEVEL: RGBColor = RGBColor(0x2e, 0x9e, 0x5b);
 
-/// Of the curves: told apart without red and green, and at 3:1 against white and black.
+/// The colours of the curves: told apart without red and green, and at 3:1 against white and black.
 const COLOURS: [RGBColor; 2] = [RGBColor(0x2f, 0x7f, 0xd6), RGBColor(0xd0, 0x68, 0x1c)];
 
 /// How far below all curves a level still has its true place, as a factor.
@@ -77,7 +77,7 @@ const GREATEST_RANGE: f64 = 1e12;
 /// # Errors
 /// If plotters fails.
 pub(super) fn plot(plot: &Plot) -> Result<Html, String> {
-    let ranges = Ranges::of(plot);
+    let ranges = Ranges::around(plot);
     let drawing = ranges.as_ref().map(|ranges| draw(plot, ranges).map_err(|error| error.to_string()));
     let drawing = drawing.transpose()?;
     let view_box = format!("0 0 {} {}", SIZE.0, SIZE.1);
@@ -109,8 +109,8 @@ struct Ranges {
 }
 
 impl Ranges {
-    /// None if there is nothing to draw.
-    fn of(plot: &Plot) -> Option<Self> {
+    /// The ranges around a plot's curves; none if there is nothing to draw.
+    fn around(plot: &Plot) -> Option<Self> {
         let points = || plot.curves.iter().flat_map(|curve| &curve.points);
         let level = plot.level.as_ref();
         let x = extent(points().map(|point| point.x).chain(level.and_then(|level| level.at)));
@@ -345,7 +345,7 @@ fn draw_curve<'a, X: Scale, Y: Scale>(
     Ok(())
 }
 
-/// Of a shape of its own for each curve: a disc or a triangle.
+/// The marker of a curve, each of a shape of its own: a disc or a triangle.
 fn marker<DB: DrawingBackend>(
     index: usize,
     at: (i32, i32),
@@ -386,7 +386,7 @@ mod tests {
             Curve { name: "c", points: vec![point(10.0, 1e-2), point(20.0, 0.0), point(30.0, f64::NAN)] };
         let level = Level { name: "floor", y: 1e-16, at: Some(5.0) };
         let made = Plot { title: "t", axes: [axis; 2], curves: vec![curve], level: Some(level) };
-        let ranges = Ranges::of(&made).unwrap();
+        let ranges = Ranges::around(&made).unwrap();
         assert!(ranges.x.contains(&5.0) && ranges.x.contains(&20.0), "{ranges:?}");
         assert!(
             ranges.y.contains(&ranges.edge) && ranges.edge > 1e-4 && ranges.height(0.0) < 5e-3,
@@ -406,7 +406,7 @@ mod tests {
         assert_eq!((text.matches("<svg").count(), text.matches("</svg>").count()), (1, 1));
         // near, it is where it is
         let near = Level { name: "floor", y: 1e-3, at: None };
-        let ranges = Ranges::of(&Plot { level: Some(near), ..made.clone() }).unwrap();
+        let ranges = Ranges::around(&Plot { level: Some(near), ..made.clone() }).unwrap();
         assert!(ranges.y.contains(&1e-3) && ranges.height(1e-3) == 1e-3, "{ranges:?}");
         let none = Plot { level: None, curves: vec![], ..made };
         assert!(plot(&none).unwrap().into_string().contains("no value above zero"));

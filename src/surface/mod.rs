@@ -83,7 +83,7 @@ pub struct SplineSurface {
 }
 
 impl SplineSurface {
-    /// Of control points, v fastest, and their weights (all 1 if there are none).
+    /// The surface with these control points, v fastest, and their weights (all 1 if there are none).
     ///
     /// # Errors
     /// Where numbers do not fit each other, or weights are not positive.

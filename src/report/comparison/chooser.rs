@@ -51,7 +51,7 @@ fn uri(png: &[u8]) -> String {
     Shown { label: "", png }.uri()
 }
 
-/// Of the one that is shown at first, the pictures are elsewhere.
+/// A method to choose; the pictures of the one that is shown at first are elsewhere.
 fn choice(method: &MethodFigures, pictures: &MethodPictures, is_first: bool) -> Html {
     let picture = (!is_first).then(|| uri(&pictures.png));
     let heat_map = pictures.heat_map.as_deref().filter(|_| !is_first).map(uri);

@@ -8,11 +8,23 @@ mod tables;
 mod tests;
 
 use maud::html;
+use thiserror::Error;
 
 use super::numbers::{about, count, scientific, short};
 use super::page::{Html, page};
 use crate::compare::{MethodFigures, Needed, SceneFigures};
 use crate::scene::Method;
+
+/// Why there is no page.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct PageError(String);
+
+impl From<String> for PageError {
+    fn from(reason: String) -> Self {
+        Self(reason)
+    }
+}
 
 /// A scene's figures with the pictures of its methods, in the same order.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +48,7 @@ pub struct MethodPictures {
 ///
 /// # Errors
 /// If a scene has more or fewer pictures than methods, or a plot cannot be drawn.
-pub fn comparison_page(scenes: &[ShownScene<'_>]) -> Result<String, String> {
+pub fn comparison_page(scenes: &[ShownScene<'_>]) -> Result<String, PageError> {
     let shown = scenes.iter().enumerate().map(|(index, shown)| scene(index, shown));
     let shown: Vec<Html> = shown.collect::<Result<_, _>>()?;
     let body = html! {

@@ -125,7 +125,8 @@ fn what_is_not_known_is_told() {
     assert!(page.contains("adaptive 2e-5: not known, not drawn"));
     // one picture is missing
     let some = pictures(&figures);
-    let error = comparison_page(&[ShownScene { figures: &figures, pictures: &some[1..] }]).unwrap_err();
+    let error =
+        comparison_page(&[ShownScene { figures: &figures, pictures: &some[1..] }]).unwrap_err().to_string();
     assert!(error.contains("9 pictures of 10 methods"), "{error}");
 }
 
