@@ -16,6 +16,8 @@
 //!    [`compare`]: a scene by several methods; [`reference_test`]: scenes against their references;
 //!    [`report`]: what was found, for people and for build servers; the program's commands are in `src/cli`
 //!
+//! [`prelude`] has what most programs need; `docs/library.md` has an example for each job.
+//!
 //! # Guarantees
 //! A patch is the volume on its plane to 1e-12 of the diagonal; hits are on their ray and on the surface to 1e-11; no part
 //! of a patch is left out unless its control points prove that the ray misses it.

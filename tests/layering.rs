@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the pipeline; each may use those before it.
-const ORDER: [&str; 25] = [
+const ORDER: [&str; 26] = [
     "math",
     "output",
     "suggestion",
@@ -29,6 +29,7 @@ const ORDER: [&str; 25] = [
     "compare",
     "reference_test",
     "report",
+    "prelude",
     "cli",
 ];
 
