@@ -101,7 +101,7 @@ pub fn mitsuba_scene(
         .child(integrator(&scene.render))
         .child(sensor(&built.camera, &scene.film, &scene.render, built.traced.bounds()))
         .children(materials(scene, &mut pictures)?)
-        .children(lights(scene, &mut pictures)?)
+        .children(lights(scene, built, &mut pictures)?)
         .children(objects);
     let farthest = meshes.iter().map(|mesh| mesh.mesh.deviation).fold(0.0, f64::max);
     let comment = format!(
@@ -141,21 +141,23 @@ fn materials(scene: &SceneDescription, pictures: &mut Pictures) -> io::Result<Ve
 }
 
 /// All lights but objects, which shine as shapes.
-fn lights(scene: &SceneDescription, pictures: &mut Pictures) -> io::Result<Vec<Element>> {
+fn lights(scene: &SceneDescription, built: &BuiltScene, pictures: &mut Pictures) -> io::Result<Vec<Element>> {
+    // of an environment map the scene's text knows the file
+    let files = |index: usize| scene.lights.as_ref().and_then(|listed| listed.get(index));
     let mut elements = Vec::new();
-    for description in scene.lights_or_default() {
-        match description {
-            LightDescription::Complete(Light::Object { .. }) => {}
-            LightDescription::Complete(complete) => elements.push(light(&complete)),
-            LightDescription::Envmap { file, scale, to_world } => {
+    for (index, complete) in built.light_settings.iter().enumerate() {
+        match (complete, files(index)) {
+            (Light::Object { .. }, _) => {}
+            (_, Some(LightDescription::Envmap { file, scale, to_world })) => {
                 let path = pictures.take(&file.value)?;
                 elements.push(
                     Element::plugin("emitter", "envmap")
                         .string("filename", &path)
-                        .float("scale", scale)
+                        .float("scale", *scale)
                         .transform("to_world", &DAffine3::from_mat3(to_world.matrix3)),
                 );
             }
+            _ => elements.push(light(complete)),
         }
     }
     Ok(elements)

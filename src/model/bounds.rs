@@ -48,19 +48,21 @@ pub(super) fn tight_bounds(patches: &[TrimmedPatch]) -> [DVec3; 2] {
     let [low, high] = bounds::around(patches.iter().flat_map(|patch| patch.patch.hull_bounds()));
     let slack = TIGHTNESS * (high - low).length();
     let greatest =
-        |axis: usize, sign: f64| sign * (farthest(patches, sign * DVec3::AXES[axis], slack) + slack);
+        |axis: usize, sign: f64| sign * (farthest_reach(patches, sign * DVec3::AXES[axis], slack) + slack);
     [-1.0, 1.0].map(|sign| DVec3::new(greatest(0, sign), greatest(1, sign), greatest(2, sign)))
 }
 
-/// How far patches reach along an axis, or a little more.
-fn farthest(patches: &[TrimmedPatch], axis: DVec3, slack: f64) -> f64 {
+/// How far trimmed patches reach along an axis of any length: the greatest scalar product of a point with it, or more by
+/// no more than `slack` (by no more than is left after 20 000 rectangles, if that is more). Minus infinity for no patches.
+pub(crate) fn farthest_reach(patches: &[TrimmedPatch], axis: DVec3, slack: f64) -> f64 {
     let candidate = |patch: usize, low: DVec2, high: DVec2| {
         let trimmed = &patches[patch];
         if !trimmed.trim.reaches(low, high) || trimmed.overlap(low, high) == Overlap::None {
             return None;
         }
-        let corners = trimmed.patch.subpatch(low, high).hull_bounds();
-        let reach = axis.dot(corners[0]).max(axis.dot(corners[1])) + trimmed.error();
+        let part = trimmed.patch.subpatch(low, high);
+        let along = part.control_points().map(|point| axis.dot(point.truncate() / point.w));
+        let reach = along.fold(f64::NEG_INFINITY, f64::max) + trimmed.error() * axis.abs().element_sum();
         Some(Candidate { reach, patch, low, high })
     };
     let mut waiting: BinaryHeap<_> =

@@ -8,6 +8,7 @@ mod representation;
 mod self_intersection;
 
 pub(crate) use attributes::{CarriedNormals, PolygonAttributes, SurfaceObject, surface_object};
+pub(crate) use bounds::farthest_reach;
 pub use deformation::BuiltLattice;
 pub(crate) use deformation::{Deformed, Deforming, Undeformed};
 pub use deformer::{DragOutcome, DragReport};

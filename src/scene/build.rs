@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::analytic::{Step, warnings};
@@ -20,8 +19,8 @@ use crate::model::{
 use crate::patch::{BuildTimes, Facet, TrimmedPatch};
 use crate::render::{RenderControl, RenderError, Rendered, render};
 use crate::shade::{
-    Camera, CameraSettings, FovAxis, Light, LightSet, Material, MaterialError, PreparedMaterial, Projection,
-    RenderSettings, ShadingScene,
+    Camera, CameraSettings, Light, LightSet, Material, MaterialError, PreparedMaterial, RenderSettings,
+    ShadingScene,
 };
 use crate::surface::SplineSurface;
 use crate::tessellate::facets;
@@ -31,6 +30,7 @@ use super::description::{
     DeformDescription, LightDescription, Method, ObjectDescription, ObjectShape, SceneDescription,
 };
 use super::diagnostic::{Diagnostic, Location, SceneError};
+use super::first_view::{framing_camera, key_and_sky};
 
 /// A scene ready to trace and render.
 #[derive(Debug)]
@@ -123,10 +123,12 @@ impl SceneDescription {
             }
         }
         let materials = self.prepare_materials(&mut diagnostics);
-        let light_settings = read_lights(self, &mut diagnostics);
+        let named_lights = read_lights(self, &mut diagnostics);
         if !diagnostics.is_empty() {
             return Err(SceneError { diagnostics });
         }
+        let camera = self.camera.unwrap_or_else(|| framing_camera(&traced));
+        let light_settings = named_lights.unwrap_or_else(|| key_and_sky(&traced, &camera));
         let lights = LightSet::try_new(&light_settings, &traced).map_err(|error| {
             let file = self.path.clone();
             SceneError { diagnostics: vec![Diagnostic { file, location: None, message: error.to_string() }] }
@@ -135,7 +137,6 @@ impl SceneDescription {
         let traced = TracedScene::new(traced);
         times.build = started.elapsed();
         self.warn_of_self_intersections(&traced, &mut objects);
-        let camera = self.camera.unwrap_or_else(|| framing_camera(&traced));
         Ok(BuiltScene { traced, objects, materials, lights, light_settings, camera, times })
     }
 
@@ -185,11 +186,11 @@ impl SceneDescription {
     }
 }
 
-/// The lights with their pictures; those without fault.
-fn read_lights(scene: &SceneDescription, diagnostics: &mut Vec<Diagnostic>) -> Vec<Light> {
+/// The lights that the scene lists, with their pictures; those without fault. None if it lists none.
+fn read_lights(scene: &SceneDescription, diagnostics: &mut Vec<Diagnostic>) -> Option<Vec<Light>> {
     let mut lights = Vec::new();
-    for light in scene.lights_or_default() {
-        match light {
+    for light in scene.lights.as_ref()? {
+        match light.clone() {
             LightDescription::Complete(light) => lights.push(light),
             LightDescription::Envmap { file, scale, to_world } => match read_envmap(&file.value) {
                 Ok(picture) => lights.push(Light::Envmap { picture: Arc::new(picture), scale, to_world }),
@@ -200,7 +201,7 @@ fn read_lights(scene: &SceneDescription, diagnostics: &mut Vec<Diagnostic>) -> V
             },
         }
     }
-    lights
+    Some(lights)
 }
 
 /// The picture of an environment map.
@@ -412,20 +413,4 @@ fn mesh_faults(error: ObjError, fault: impl Fn(String) -> Vec<Diagnostic>) -> Ve
         });
     }
     listed
-}
-
-/// A camera that sees all objects, from the front, the right and above, with room around them.
-fn framing_camera(scene: &TracedScene) -> CameraSettings {
-    const FOV: f64 = 35.0;
-    let [low, high] = scene.bounds();
-    let target = 0.5 * (low + high);
-    let radius = (0.5 * (high - low).length()).max(f64::MIN_POSITIVE);
-    let distance = 1.1 * radius / libm::sin(0.5 * FOV.to_radians());
-    let toward = DVec3::new(0.5, -0.8, 0.45).normalize();
-    CameraSettings {
-        origin: target + distance * toward,
-        target,
-        up: DVec3::Z,
-        projection: Projection::Perspective { fov: FOV, fov_axis: FovAxis::Smaller, lens: None },
-    }
 }

@@ -28,7 +28,7 @@ pub struct SceneDescription {
     pub render: RenderSettings,
     /// The materials, in the file's order; their names differ.
     pub materials: Vec<NamedMaterial>,
-    /// The lights; if none are listed at all, see [`SceneDescription::lights_or_default`].
+    /// The lights; if none are listed at all, [`SceneDescription::build`] lights the scene from the camera's side.
     pub lights: Option<Vec<LightDescription>>,
     /// The objects, at least one; their names differ.
     pub objects: Vec<ObjectDescription>,
@@ -37,13 +37,6 @@ pub struct SceneDescription {
 }
 
 impl SceneDescription {
-    /// The lights, or one constant light of radiance 1 where the file lists none.
-    #[must_use]
-    pub fn lights_or_default(&self) -> Vec<LightDescription> {
-        let sky = || vec![LightDescription::Complete(Light::Constant { radiance: DVec3::ONE })];
-        self.lights.clone().unwrap_or_else(sky)
-    }
-
     /// The material of `object`, or the default one.
     ///
     /// # Panics

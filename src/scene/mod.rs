@@ -4,6 +4,7 @@ mod build;
 mod description;
 mod diagnostic;
 mod film_area;
+mod first_view;
 mod lattice_file;
 mod names;
 mod parse;

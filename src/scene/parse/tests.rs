@@ -419,8 +419,6 @@ fn all_but_objects_may_be_left_out() {
     assert_eq!(scene.film, FilmSettings::default());
     assert_eq!(scene.render, RenderSettings::default());
     assert_eq!(scene.lights, None);
-    let sky = Light::Constant { radiance: DVec3::ONE };
-    assert_eq!(scene.lights_or_default(), [LightDescription::Complete(sky)]);
     assert_eq!(scene.objects[0].shape.mesh(), Some(Path::new("scenes/a.obj")));
 }
 
