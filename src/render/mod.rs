@@ -12,6 +12,7 @@ use thiserror::Error;
 
 use crate::film::{Film, FilmError, FilmSettings, Image};
 use crate::output::OutputError;
+use crate::scene::BuiltScene;
 use crate::shade::{Camera, RenderSettings, RenderStatistics, ShadingScene};
 use crate::trace::Geometry;
 
@@ -127,6 +128,23 @@ pub fn render<G: Geometry>(
     let statistics = done?;
     let (image, samples) = job.finish();
     Ok(Rendered { image, statistics, samples })
+}
+
+impl BuiltScene {
+    /// Renders it, as [`render()`] does.
+    ///
+    /// # Errors
+    /// As [`render()`].
+    pub fn render(
+        &self,
+        camera: &Camera,
+        film: &FilmSettings,
+        settings: &RenderSettings,
+        control: &RenderControl<'_>,
+    ) -> Result<Rendered, RenderError> {
+        // not generic, so that the renderer is compiled once, with the library
+        render(&self.shading(), camera, film, settings, control)
+    }
 }
 
 #[cfg(test)]

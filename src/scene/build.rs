@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::analytic::{Step, warnings};
-use crate::film::{FilmSettings, Picture, read_picture};
+use crate::film::{Picture, read_picture};
 use crate::mesh::{
     FaultKind, MeshNotes, MeshTolerances, ObjError, PolygonMesh, PolygonSet, load_obj, prepare_polygons,
 };
@@ -17,10 +17,8 @@ use crate::model::{
     Undeformed, deform_pointwise, facet_object, self_intersection, surface_object,
 };
 use crate::patch::{BuildTimes, Facet, TrimmedPatch};
-use crate::render::{RenderControl, RenderError, Rendered, render};
 use crate::shade::{
-    Camera, CameraSettings, Light, LightSet, Material, MaterialError, PreparedMaterial, RenderSettings,
-    ShadingScene,
+    CameraSettings, Light, LightSet, Material, MaterialError, PreparedMaterial, ShadingScene,
 };
 use crate::surface::SplineSurface;
 use crate::tessellate::facets;
@@ -81,21 +79,6 @@ impl BuiltScene {
     /// What a renderer needs of it.
     pub fn shading(&self) -> ShadingScene<'_, TracedScene> {
         ShadingScene { geometry: &self.traced, object_materials: &self.materials, lights: &self.lights }
-    }
-
-    /// Renders it, as [`render()`] does.
-    ///
-    /// # Errors
-    /// As [`render()`].
-    pub fn render(
-        &self,
-        camera: &Camera,
-        film: &FilmSettings,
-        settings: &RenderSettings,
-        control: &RenderControl<'_>,
-    ) -> Result<Rendered, RenderError> {
-        // not generic, so that the renderer is compiled once, with the library
-        render(&self.shading(), camera, film, settings, control)
     }
 }
 
