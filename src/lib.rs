@@ -10,6 +10,7 @@
 //! 4. [`patch`]: the volume composed with the frame: Bézier patches with trims
 //!    [`surface`]: parametric surfaces as patches; [`analytic`]: extension functions and chains of deformations, as cells
 //! 5. [`trace`]: rays against patches: acceleration structure, Bézier clipping, Newton's method
+//!    [`model`]: objects, by which all of this is used: a shape, placed, deformed and represented, built to be traced
 //! 6. [`film`], [`shade`], [`render`]: from hits to a picture
 //!    [`difference`]: how far a picture is from another; [`deviation`]: how far triangles are from a surface
 //! 7. [`scene`]: scene files; [`tessellate`], [`export`]: the exact patches or triangles for other programs;

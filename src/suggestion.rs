@@ -1,4 +1,4 @@
-//! What a misspelt name may have been meant to be.
+//! Names that users choose from, and what to say of any other name.
 
 /// The known name that `name` is most likely a misspelling of.
 pub fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
@@ -20,4 +20,31 @@ pub fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
 /// `; did you mean "…"?`, or nothing.
 pub fn did_you_mean(name: &str, known: &[&str]) -> String {
     closest(name, known).map_or_else(String::new, |known| format!("; did you mean {known:?}?"))
+}
+
+/// Index of `name` in `known`.
+///
+/// # Errors
+/// A message with the known names if it is not among them.
+pub(crate) fn lookup(what: &str, known: &[&str], name: &str) -> Result<usize, String> {
+    if let Some(index) = known.iter().position(|known| *known == name) {
+        return Ok(index);
+    }
+    let list = known.join(", ");
+    Err(format!("unknown {what} {} (known: {list}){}", quoted(name), did_you_mean(name, known)))
+}
+
+/// A user's text in quotes, on one line and shortened.
+pub(crate) fn quoted(text: &str) -> String {
+    format!("{:?}", shortened(text))
+}
+
+/// The beginning of a user's text.
+pub(crate) fn shortened(text: &str) -> String {
+    const LONGEST: usize = 60;
+    let mut shown: String = text.chars().take(LONGEST).collect();
+    if shown.len() < text.len() {
+        shown.push('…');
+    }
+    shown
 }

@@ -5,29 +5,20 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use crate::patch::{BezierPatch, PatchPoint};
-use crate::spline::{KnotBox, SplineVolume};
+use crate::spline::KnotBox;
 use crate::subdivide::Frame;
 
 use super::choice::{ByValue, Choose, Recorded};
-use super::extension::Extension;
 use super::jet::{Jet, Point};
 use super::number::{MAX_ORDER, Number};
-use super::taylor::{deformed, on_patch};
+use super::step::Step;
+use super::taylor::on_patch;
 
 /// Deformations that follow a normal or tangents of the surface, at most, in one chain: each takes one order of derivatives.
 pub const MAX_FIELDS: usize = MAX_ORDER - 1;
 
 /// Roundings that a step's coordinates go through, about.
 const ROUNDINGS: f64 = 16.0;
-
-/// One deformation.
-#[derive(Clone, Debug)]
-pub enum Step {
-    /// By a B-spline volume; what is outside its box stays.
-    Volume(SplineVolume),
-    /// By extension functions of the surface's parameters.
-    Extension(Extension),
-}
 
 /// Deformations one after the other.
 #[derive(Clone, Debug, Default)]
@@ -51,24 +42,6 @@ impl Chain {
     /// The deformations.
     pub fn steps(&self) -> &[Step] {
         &self.steps
-    }
-}
-
-impl Step {
-    /// Bound on how much farther apart points can be afterwards. Of an extension 1: it moves surfaces, which have no borders
-    /// that rounding could displace.
-    pub(super) fn lipschitz_bound(&self) -> f64 {
-        match self {
-            Self::Volume(volume) => volume.lipschitz_bound(),
-            Self::Extension(_) => 1.0,
-        }
-    }
-
-    pub(super) const fn takes_derivatives(&self) -> bool {
-        match self {
-            Self::Volume(_) => false,
-            Self::Extension(extension) => extension.takes_derivatives(),
-        }
     }
 }
 
@@ -96,13 +69,7 @@ impl Formula {
         let Frame { origin, s: by_s, t: by_t } = self.frame;
         let uv = [0, 1].map(|axis| s.scale(by_s[axis]).add(&t.scale(by_t[axis])).plus(origin[axis]));
         for step in &self.chain.steps[self.done..steps.max(self.done)] {
-            point = match step {
-                Step::Volume(volume) => match choose.knot_box(volume, &point) {
-                    Some(knot_box) => deformed(volume, knot_box, &point),
-                    None => point,
-                },
-                Step::Extension(extension) => extension.apply(&point, &uv, choose),
-            };
+            point = step.apply(point, &uv, choose);
         }
         point
     }
@@ -149,13 +116,7 @@ impl Formula {
 
     /// Estimate of the rounding of a point whose coordinates are no greater than `magnitude`.
     pub(super) fn rounding(&self, magnitude: f64) -> f64 {
-        let growth: f64 = self.chain.steps[self.done..]
-            .iter()
-            .map(|step| match step {
-                Step::Volume(_) => magnitude,
-                Step::Extension(extension) => extension.largest_term(magnitude),
-            })
-            .sum();
+        let growth: f64 = self.chain.steps[self.done..].iter().map(|step| step.largest_term(magnitude)).sum();
         ROUNDINGS * f64::EPSILON * growth
     }
 

@@ -17,11 +17,12 @@ use crate::patch::{BezierPatch, Overlap, TrimBuilder, TrimLoop, TrimRegion, Trim
 use crate::spline::{KnotBox, SplineVolume};
 
 use super::cell::{Cell, overlap, rectangle};
-use super::chain::{Chain, Formula, Step};
+use super::chain::{Chain, Formula};
 use super::choice::{ByValue, Piece, pieces};
 use super::disc::Disc;
 use super::interpolate::{Interpolant, interpolate, interpolation_error, lebesgue};
 use super::number::{Number, SIZES};
+use super::step::Step;
 
 /// Highest degree of a cell's patch.
 const MAX_CELL_DEGREE: usize = 12;

@@ -6,22 +6,20 @@
 
 mod cell;
 mod chain;
-mod check;
 mod choice;
 mod cover;
 mod disc;
 mod expression;
-mod extension;
 mod interpolate;
 mod jet;
 mod number;
 mod program;
+mod step;
 mod taylor;
 #[cfg(test)]
 mod tests;
 
-pub use chain::{Chain, MAX_FIELDS, Step};
-pub use check::warnings;
+pub use chain::{Chain, MAX_FIELDS};
 pub use cover::{CoverError, CoverSettings, Covered, cover};
 pub use expression::{Expression, ExpressionError};
-pub use extension::{Extension, ExtensionMode, Field, Region};
+pub use step::*;

@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use trimray::export::to_json;
 use trimray::manipulate::CONSISTENT;
-use trimray::scene::{BuiltLattice, BuiltObject, BuiltScene, DragReport, DragUsing, SceneDescription};
+use trimray::model::{BuiltLattice, DragReport, DragUsing, ObjectReport};
+use trimray::scene::{BuiltScene, SceneDescription};
 
 use super::{CliError, SceneArgs, print_result};
 
@@ -87,7 +88,7 @@ pub(super) fn run(args: &DragsArgs) -> Result<(), CliError> {
 }
 
 /// A line for each edit whose drags are not met, for a compromise was asked for.
-pub(super) fn compromises(object: &BuiltObject) -> Vec<String> {
+pub(super) fn compromises(object: &ObjectReport) -> Vec<String> {
     let of_lattice = |built: &BuiltLattice| {
         let [low, high] = built.lattice.bounds();
         let tolerance = 10.0 * CONSISTENT * (high - low).length();
@@ -104,12 +105,12 @@ pub(super) fn compromises(object: &BuiltObject) -> Vec<String> {
 
 fn gather(scene: &SceneDescription, built: &BuiltScene) -> Drags {
     let objects = scene.objects.iter().zip(&built.objects);
-    let of_object = |(object, made): (&trimray::scene::ObjectDescription, &BuiltObject)| ObjectDrags {
+    let of_object = |(object, made): (&trimray::scene::ObjectDescription, &ObjectReport)| ObjectDrags {
         name: object.name.value.clone(),
         edits: made
             .lattices
             .iter()
-            .flat_map(|built| built.drags.iter().map(|report| of_edit(built.deform, report)))
+            .flat_map(|built| built.drags.iter().map(|report| of_edit(built.deformer, report)))
             .collect(),
     };
     Drags { objects: objects.map(of_object).collect() }

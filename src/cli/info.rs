@@ -8,8 +8,9 @@ use clap::Args;
 use serde::Serialize;
 
 use trimray::export::to_json;
+use trimray::model::{BuiltLattice, TriangularCounts};
 use trimray::patch::TrimmedPatch;
-use trimray::scene::{BuiltLattice, BuiltScene, ObjectDescription, SceneDescription, TriangularCounts};
+use trimray::scene::{BuiltScene, ObjectDescription, SceneDescription};
 use trimray::spline::{Orientation, orientation};
 
 use super::statistics::{Acceleration, Sample, readable};

@@ -65,7 +65,7 @@ struct SceneArgs {
     threads: Option<usize>,
     /// How deformed shapes are represented, for all objects: exact, pointwise:L, adaptive:TOL, or triangular
     #[arg(long, value_name = "M")]
-    method: Option<trimray::scene::Method>,
+    method: Option<trimray::model::Representation>,
     /// Where drags contradict each other, take the best compromise instead of stopping
     #[arg(long)]
     least_squares: bool,

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{Bytes, MethodResult, Seconds, SilhouetteError};
 use crate::deviation::Deviation;
 use crate::difference::{Angles, Comparison, Metric};
-use crate::scene::Method;
+use crate::model::Representation;
 
 /// Greatest deviations, in parts of the diagonal, for which the level of subdivision is told that it takes.
 const DEVIATIONS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
@@ -58,7 +58,7 @@ pub struct MethodFigures {
     pub bytes_of: Bytes,
     /// The method's parameter, for plots.
     #[serde(skip)]
-    pub kind: Method,
+    pub kind: Representation,
 }
 
 /// Two pictures.
@@ -152,13 +152,8 @@ impl ImageFigures {
 /// The levels of pointwise deformation that errors below some bounds take.
 #[must_use]
 pub fn needed(methods: &[MethodFigures]) -> Vec<Needed> {
-    let levels: Vec<(u32, &MethodFigures)> = methods
-        .iter()
-        .filter_map(|method| match method.kind {
-            Method::Pointwise { level } => Some((level, method)),
-            _ => None,
-        })
-        .collect();
+    let levels: Vec<(u32, &MethodFigures)> =
+        methods.iter().filter_map(|method| Some((method.kind.level()?, method))).collect();
     let deviation = |method: &MethodFigures| method.deviation.map(|deviation| deviation.bound);
     let silhouette = |method: &MethodFigures| method.silhouette.map(|silhouette| silhouette.max);
     let of_deviation = DEVIATIONS.iter().map(|&below| needed_level(&levels, ("deviation", below), deviation));

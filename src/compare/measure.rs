@@ -10,8 +10,9 @@ use super::silhouette::{Silhouette, SilhouetteError};
 use super::{Bytes, MethodResult, Seconds};
 use crate::deviation::{Deviation, DeviationError, deviation};
 use crate::film::{Aov, Image};
+use crate::model::Representation;
 use crate::render::{RenderControl, RenderError, Rendered};
-use crate::scene::{BuiltScene, Method, ObjectShape, SceneDescription, SceneError};
+use crate::scene::{BuiltScene, SceneDescription, SceneError};
 use crate::shade::{Camera, CameraError};
 
 /// Tolerances of adaptive subdivision where none are asked for, in parts of the greatest deformed object's diagonal.
@@ -54,10 +55,11 @@ fn deformed(scene: &SceneDescription) -> Vec<usize> {
 }
 
 /// The methods to compare with the exact one.
-fn methods(scene: &SceneDescription, exact: &BuiltScene, settings: &CompareSettings) -> Vec<Method> {
+fn methods(scene: &SceneDescription, exact: &BuiltScene, settings: &CompareSettings) -> Vec<Representation> {
     let objects = deformed(scene);
     let has_mesh = objects.iter().any(|&index| scene.objects[index].shape.mesh().is_some());
-    let pointwise = (0..=settings.levels).filter(|_| has_mesh).map(|level| Method::Pointwise { level });
+    let pointwise =
+        (0..=settings.levels).filter(|_| has_mesh).map(|level| Representation::Pointwise { level });
     let tolerances = settings.tolerances.clone().unwrap_or_else(|| {
         let size = objects.into_iter().map(|index| diagonal(exact, index)).fold(0.0, f64::max);
         // to one digit
@@ -66,7 +68,7 @@ fn methods(scene: &SceneDescription, exact: &BuiltScene, settings: &CompareSetti
         let digits = |tolerance: f64| format!("{tolerance:.0e}").parse().unwrap_or(tolerance);
         TOLERANCES.map(|tolerance| digits(tolerance * rounded)).to_vec()
     });
-    pointwise.chain(tolerances.into_iter().map(|tolerance| Method::Adaptive { tolerance })).collect()
+    pointwise.chain(tolerances.into_iter().map(|tolerance| Representation::Adaptive { tolerance })).collect()
 }
 
 fn diagonal(built: &BuiltScene, object: usize) -> f64 {
@@ -75,13 +77,12 @@ fn diagonal(built: &BuiltScene, object: usize) -> f64 {
 }
 
 /// The scene with its deformed objects by one method; surfaces, which have no triangles to split, stay exact under
-/// [`Method::Pointwise`].
-fn by_method(scene: &SceneDescription, method: Method) -> SceneDescription {
+/// [`Representation::Pointwise`].
+fn by_method(scene: &SceneDescription, method: Representation) -> SceneDescription {
     let mut scene = scene.clone();
     for object in &mut scene.objects {
-        let is_mesh = matches!(object.shape, ObjectShape::Mesh(_));
-        let splits = is_mesh || matches!(method, Method::Adaptive { .. });
-        object.method = if object.deform.is_empty() || !splits { Method::Exact } else { method };
+        let has_it = object.shape.mesh().is_some() || !method.needs_polygons();
+        object.method = if object.deform.is_empty() || !has_it { Representation::Exact } else { method };
     }
     scene
 }
@@ -108,7 +109,7 @@ pub fn measure<E: From<CompareError>>(
     scene: &SceneDescription,
     settings: &CompareSettings,
     cancel: &AtomicBool,
-    mut next: impl FnMut(&Method),
+    mut next: impl FnMut(&Representation),
     mut each: impl FnMut(Made<'_>) -> Result<(), E>,
 ) -> Result<(), E> {
     let objects = deformed(scene);
@@ -117,9 +118,9 @@ pub fn measure<E: From<CompareError>>(
     }
     let mut scene = scene.clone();
     scene.render.aovs = vec![Aov::Depth, Aov::Normal, Aov::Object];
-    next(&Method::Exact);
+    next(&Representation::Exact);
     let started = Instant::now();
-    let exact_scene = by_method(&scene, Method::Exact);
+    let exact_scene = by_method(&scene, Representation::Exact);
     let exact = exact_scene.build().map_err(CompareError::from)?;
     let build = started.elapsed().as_secs_f64();
     // all pictures from one place, which may depend on the object's size
@@ -127,11 +128,11 @@ pub fn measure<E: From<CompareError>>(
     let camera = Camera::try_new(&exact.camera, scene.film.size).map_err(CompareError::from)?;
     let silhouette = Silhouette::seen_by(&exact.traced, &camera, scene.film.size);
     let comparing = Comparing { settings, cancel, camera: &camera, objects, exact: &exact, silhouette };
-    let result = comparing.result((&exact_scene, Method::Exact), &exact, build)?;
+    let result = comparing.result((&exact_scene, Representation::Exact), &exact, build)?;
     each(Made { scene: &exact_scene, built: &exact, camera: &camera, result: &result })?;
     let mut again = exact_scene.clone();
     again.render.seed = again.render.seed.wrapping_add(1);
-    let result = comparing.result((&again, Method::Exact), &exact, build)?;
+    let result = comparing.result((&again, Representation::Exact), &exact, build)?;
     each(Made {
         scene: &again,
         built: &exact,
@@ -164,7 +165,7 @@ struct Comparing<'a> {
 impl Comparing<'_> {
     fn result(
         &self,
-        (scene, method): (&SceneDescription, Method),
+        (scene, method): (&SceneDescription, Representation),
         built: &BuiltScene,
         build: f64,
     ) -> Result<MethodResult, CompareError> {
@@ -175,8 +176,8 @@ impl Comparing<'_> {
         let deviation = self.deviation(scene, built)?;
         let seconds = Seconds { build, render, deviation: started.elapsed().as_secs_f64() };
         let patches = self.objects.iter().map(|&index| built.traced.objects()[index].patches.len()).sum();
-        let is_exact = matches!(method, Method::Exact | Method::Triangular);
-        let silhouette = if method == Method::Exact {
+        let is_exact = method.is_exact();
+        let silhouette = if method == Representation::Exact {
             Some(SilhouetteError::default())
         } else {
             self.silhouette.error(&Silhouette::seen_by(&built.traced, self.camera, scene.film.size))
@@ -214,7 +215,7 @@ impl Comparing<'_> {
     ) -> Result<Result<Deviation, String>, CompareError> {
         let mut worst = Deviation::default();
         for &index in &self.objects {
-            let found = if matches!(scene.objects[index].method, Method::Exact | Method::Triangular) {
+            let found = if scene.objects[index].method.is_exact() {
                 Ok(rounding(built, index))
             } else {
                 let patches = [self.exact, built].map(|built| &built.traced.objects()[index].patches);

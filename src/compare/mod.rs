@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use crate::deviation::Deviation;
 use crate::film::Image;
-use crate::scene::{BuiltScene, Method};
+use crate::model::Representation;
+use crate::scene::BuiltScene;
 
 pub use figures::{ImageFigures, METRICS, MethodFigures, Needed, SceneFigures, needed};
 pub use measure::{CompareError, CompareSettings, Made, measure};
@@ -18,7 +19,7 @@ pub use silhouette::{Silhouette, SilhouetteError};
 #[derive(Clone, Debug)]
 pub struct MethodResult {
     /// The method of the deformed objects; the others are as they are.
-    pub method: Method,
+    pub method: Representation,
     /// Whether it is the exact one again, with other random numbers.
     pub noise: bool,
     /// The picture, with the layers `normal` and `object`.

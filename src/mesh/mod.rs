@@ -1,8 +1,8 @@
 //! Input geometry: polygon meshes from OBJ files, and the planar polygons that the next stage cuts.
 //!
-//! [`load_obj`] reads a file into a [`PolygonMesh`] (faces as the file has them), [`prepare_polygons`] places it
+//! [`load_mesh`] reads a file into a [`PolygonMesh`] (faces as the file has them), [`prepare_polygons`] places it
 //! in the world and makes a [`PolygonSet`] of it: convex planar polygons, each with the face it comes from.
-//! What was odd about the mesh stands in [`MeshNotes`]; what makes it unusable is an [`ObjError`].
+//! What was odd about the mesh stands in [`MeshNotes`]; what makes it unusable is a [`LoadError`].
 
 mod notes;
 mod obj;
@@ -12,9 +12,58 @@ mod polygon_set;
 mod prepare;
 mod triangulate;
 
+use std::path::Path;
+
+use thiserror::Error;
+
 pub use notes::MeshNotes;
 pub use obj::{ObjError, load_obj};
 pub use obj_scan::{FaultKind, IndexKind, ObjFault};
 pub use polygon_mesh::{Corner, Face, MeshError, MeshParts, PolygonMesh};
 pub use polygon_set::{Polygon, PolygonSet};
 pub use prepare::{MeshTolerances, prepare_polygons};
+
+/// Reads a mesh from a file.
+type Loader = fn(&Path) -> Result<(PolygonMesh, MeshNotes), LoadError>;
+
+/// The formats of mesh files by the endings of their names; the first is that of names with any other ending.
+const FORMATS: &[(&str, Loader)] = &[("obj", |path| Ok(load_obj(path)?))];
+
+/// Why a mesh file cannot be used. Each message starts with the file's path.
+#[derive(Debug, Error)]
+pub enum LoadError {
+    /// An OBJ file.
+    #[error(transparent)]
+    Obj(#[from] ObjError),
+}
+
+/// What is wrong in the text of a mesh file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileFaults<'a> {
+    /// The file.
+    pub path: &'a Path,
+    /// Line and column of each, from 1, if it has a place; and what is wrong.
+    pub listed: Vec<(Option<[usize; 2]>, String)>,
+}
+
+impl LoadError {
+    /// The faults at places of their own in the file; `None` if it is at fault as a whole.
+    #[must_use]
+    pub fn faults(&self) -> Option<FileFaults<'_>> {
+        match self {
+            Self::Obj(error) => error.faults(),
+        }
+    }
+}
+
+/// Reads a mesh file, of the format that the ending of its name says.
+///
+/// # Errors
+/// See [`LoadError`]; all faults of a text file come at once.
+pub fn load_mesh(path: impl AsRef<Path>) -> Result<(PolygonMesh, MeshNotes), LoadError> {
+    let path = path.as_ref();
+    let ending = path.extension().unwrap_or_default();
+    let (_, load) =
+        FORMATS.iter().find(|(known, _)| ending.eq_ignore_ascii_case(known)).unwrap_or(&FORMATS[0]);
+    load(path)
+}

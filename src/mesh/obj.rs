@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::obj_scan::{ObjFault, Scan, scan};
 use super::polygon_mesh::{Corner, MeshError, MeshParts};
-use super::{MeshNotes, PolygonMesh};
+use super::{FileFaults, MeshNotes, PolygonMesh};
 
 /// Why an OBJ file cannot be used. Each message starts with the file's path.
 #[derive(Debug, Error)]
@@ -73,6 +73,16 @@ pub enum ObjError {
         /// Where they differ.
         what: String,
     },
+}
+
+impl ObjError {
+    /// See [`LoadError::faults`](super::LoadError::faults).
+    pub(super) fn faults(&self) -> Option<FileFaults<'_>> {
+        let Self::Faults { path, faults, more } = self else { return None };
+        let listed = faults.iter().map(|fault| (Some([fault.line, fault.column]), fault.kind.to_string()));
+        let rest = (*more > 0).then(|| (None, format!("and {more} more faults")));
+        Some(FileFaults { path, listed: listed.chain(rest).collect() })
+    }
 }
 
 /// Faults as one message a line, each with path, line and column.

@@ -1,17 +1,22 @@
-//! Stage 5b: objects: a shape, deformed and represented, ready to trace.
+//! Stage 5c: objects: a shape, placed, deformed and represented, ready to trace.
+//!
+//! An [`Object`] says what is to be made, [`Object::build`] makes it; nothing here needs a file. Scene files are one way to
+//! describe objects, see the module `scene`.
 
 mod attributes;
 mod bounds;
 mod deformation;
 mod deformer;
+mod error;
+mod object;
 mod representation;
 mod self_intersection;
 
-pub(crate) use attributes::{CarriedNormals, PolygonAttributes, SurfaceObject, surface_object};
 pub(crate) use bounds::farthest_reach;
-pub use deformation::BuiltLattice;
-pub(crate) use deformation::{Deformed, Deforming, Undeformed};
-pub use deformer::{DragOutcome, DragReport};
-pub use representation::TriangularCounts;
-pub(crate) use representation::{MAX_LEVEL, deform_pointwise, facet_object};
-pub(crate) use self_intersection::self_intersection;
+pub use deformer::{
+    BuiltLattice, Deformer, DragEdit, DragOutcome, DragReport, DragSources, DragUsing, Edit, EditError,
+    Lattice, MoveTo, Outside,
+};
+pub use error::{ModelError, PartsOutside};
+pub use object::{Attributes, BuiltObject, Object, ObjectReport, ObjectTimes, Shape};
+pub use representation::{Representation, RepresentationError, TriangularCounts};

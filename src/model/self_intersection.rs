@@ -17,7 +17,7 @@ const APART: f64 = 3.0;
 
 /// Two places (u, v) of a surface where it may run through itself: a chord of the surface about the first meets it at the
 /// second. None is no proof that there are none (Wang et al., Remark 5.1, knows no test at all).
-pub(crate) fn self_intersection(
+pub(super) fn self_intersection(
     scene: &TracedScene,
     object: usize,
     domain: [[f64; 2]; 2],

@@ -12,7 +12,7 @@ use crate::arrays::read_f64;
 ///
 /// # Errors
 /// A message that names the file and what would be valid.
-pub(crate) fn read_lattice(path: &Path, counts: [usize; 3]) -> Result<Vec<DVec4>, String> {
+pub(super) fn read_lattice(path: &Path, counts: [usize; 3]) -> Result<Vec<DVec4>, String> {
     let array = read_f64(path).map_err(|error| error.to_string())?;
     let [nx, ny, nz] = counts;
     let shape = array.shape.as_slice();

@@ -7,20 +7,19 @@ mod film_area;
 mod first_view;
 mod lattice_file;
 mod names;
+mod object;
 mod parse;
 mod reader;
 mod source;
 mod transform;
 mod unavailable;
 
-pub use crate::model::{BuiltLattice, DragOutcome, DragReport, TriangularCounts};
-pub use build::{BuiltObject, BuiltScene, SceneTimes};
+pub use build::{BuiltScene, SceneTimes};
 pub use description::{
-    DeformDescription, DragDescription, DragSources, DragUsing, Edit, FfdDescription, LightDescription,
-    Method, MoveTo, NamedMaterial, ObjectDescription, ObjectShape, Outside, SceneDescription,
+    DeformDescription, DragPlaces, EditDescription, LightDescription, NamedMaterial, ObjectDescription,
+    ObjectShape, SceneDescription,
 };
 pub use diagnostic::{Diagnostic, Located, Location, SceneError};
 pub use film_area::{MAX_PIXELS, MAX_SIDE, parse_crop, parse_size, validate_crop, validate_film};
-pub(crate) use lattice_file::read_lattice;
 pub use names::Choice;
 pub use parse::{MAX_CONTROL_POINTS, parse_scene, parse_scene_str};

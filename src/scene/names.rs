@@ -1,14 +1,14 @@
 //! Names that a scene file or a flag chooses from, and what to say of any other name.
 
-use super::description::Outside;
 use crate::film::{Aov, Filter};
+use crate::model::Outside;
 use crate::shade::{
     FovAxis, IntegratorKind, MicrofacetDistribution, SamplerKind, TextureFilter, TextureWrap,
 };
 use crate::spline::Axis;
 use crate::subdivide::FrameChoice;
 
-pub(super) use crate::suggestion::{closest, did_you_mean};
+pub(super) use crate::suggestion::{closest, did_you_mean, lookup, quoted, shortened};
 
 /// A value that is chosen by its name.
 pub trait Choice: Copy + 'static {
@@ -35,33 +35,6 @@ pub trait Choice: Copy + 'static {
         let index = lookup(Self::WHAT, &names, name)?;
         Ok(Self::ALL[index])
     }
-}
-
-/// Index of `name` in `known`.
-///
-/// # Errors
-/// A message with the known names if it is not among them.
-pub(super) fn lookup(what: &str, known: &[&str], name: &str) -> Result<usize, String> {
-    if let Some(index) = known.iter().position(|known| *known == name) {
-        return Ok(index);
-    }
-    let list = known.join(", ");
-    Err(format!("unknown {what} {} (known: {list}){}", quoted(name), did_you_mean(name, known)))
-}
-
-/// A user's text in quotes, on one line and shortened.
-pub(super) fn quoted(text: &str) -> String {
-    format!("{:?}", shortened(text))
-}
-
-/// The beginning of a user's text.
-pub(super) fn shortened(text: &str) -> String {
-    const LONGEST: usize = 60;
-    let mut shown: String = text.chars().take(LONGEST).collect();
-    if shown.len() < text.len() {
-        shown.push('…');
-    }
-    shown
 }
 
 impl Choice for IntegratorKind {

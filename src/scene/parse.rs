@@ -2,8 +2,6 @@
 
 mod camera;
 mod deform;
-mod extension;
-mod ffd;
 mod film;
 mod light;
 mod material;
@@ -24,7 +22,7 @@ use super::names::quoted;
 use super::reader::{Faults, Table};
 use super::source::{Source, read_text};
 
-pub use ffd::MAX_CONTROL_POINTS;
+pub use deform::MAX_CONTROL_POINTS;
 
 /// Faults of the TOML itself that are shown. A file of another format is one on every line, and
 /// thousands of messages would hide the first.

@@ -3,6 +3,5 @@
 mod polygons;
 mod surface;
 
-pub(crate) use polygons::{CarriedNormals, PolygonAttributes};
-pub(super) use surface::plane_corners;
-pub(crate) use surface::{SurfaceObject, surface_object};
+pub(super) use polygons::{CarriedNormals, PolygonAttributes};
+pub(super) use surface::{SurfaceAttributes, placed_patches, plane_corners};

@@ -9,14 +9,14 @@ use crate::trace::VertexAttributes;
 
 /// Looks the attributes of corners up in the polygons they were given for; linear over the triangles of a polygon's fan.
 #[derive(Debug)]
-pub(crate) struct PolygonAttributes {
-    pub(crate) polygons: PolygonSet,
-    pub(crate) normals: Option<CarriedNormals>,
+pub(in crate::model) struct PolygonAttributes {
+    pub(in crate::model) polygons: PolygonSet,
+    pub(in crate::model) normals: Option<CarriedNormals>,
 }
 
 /// The normals of a mesh's corners, to be carried along by a deformation.
 #[derive(Debug)]
-pub(crate) struct CarriedNormals {
+pub(in crate::model) struct CarriedNormals {
     /// One for each corner of the mesh, after the object's transform; NaN where there is none.
     corners: Vec<DVec3>,
     /// The deformations, one after the other.
@@ -25,7 +25,7 @@ pub(crate) struct CarriedNormals {
 
 impl CarriedNormals {
     /// Those of a mesh that is placed by `transform` and then deformed.
-    pub(crate) fn new(mesh: &PolygonMesh, transform: DMat3, volumes: Vec<SplineVolume>) -> Self {
+    pub(in crate::model) fn new(mesh: &PolygonMesh, transform: DMat3, volumes: Vec<SplineVolume>) -> Self {
         let place = cofactor(transform);
         let normal = |corner| match mesh.corner(corner).normal {
             Some(normal) => (place * mesh.normals()[normal as usize]).normalize_or(DVec3::NAN),
@@ -79,7 +79,7 @@ impl VertexAttributes for PolygonAttributes {
 }
 
 /// Gradients of the texture coordinates over a triangle of a polygon's corners, if there are any.
-pub(crate) fn uv_gradients(polygon: &Polygon<'_>, triangle: [usize; 3]) -> Option<[DVec3; 2]> {
+fn uv_gradients(polygon: &Polygon<'_>, triangle: [usize; 3]) -> Option<[DVec3; 2]> {
     if polygon.uvs.is_empty() {
         return None;
     }
@@ -105,7 +105,7 @@ fn fan_triangle(polygon: &Polygon<'_>, rest: DVec3) -> ([usize; 3], DVec3) {
 }
 
 /// Barycentric coordinates of a point in triangle (0, i, i + 1) of a polygon's fan.
-pub(crate) fn barycentric(polygon: &Polygon<'_>, i: usize, point: DVec3) -> DVec3 {
+fn barycentric(polygon: &Polygon<'_>, i: usize, point: DVec3) -> DVec3 {
     let [a, b, c] = [0, i, i + 1].map(|corner| polygon.positions[corner]);
     let area = polygon.normal.dot((b - a).cross(c - a));
     let of_b = polygon.normal.dot((point - a).cross(c - a)) / area;

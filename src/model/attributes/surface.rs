@@ -7,37 +7,28 @@ use crate::spline::KnotBox;
 use crate::surface::SplineSurface;
 use crate::trace::VertexAttributes;
 
-/// A surface ready to trace.
-pub(crate) struct SurfaceObject {
-    pub(crate) patches: Vec<TrimmedPatch>,
-    pub(crate) attributes: SurfaceAttributes,
-}
-
 /// Texture coordinates of a surface are its own parameters; a patch's frame takes to them, with z = 0.
 #[derive(Debug)]
-pub(crate) struct SurfaceAttributes {
-    surface: SplineSurface,
-    transform: DAffine3,
+pub(in crate::model) struct SurfaceAttributes {
+    pub(in crate::model) surface: SplineSurface,
+    pub(in crate::model) placement: DAffine3,
 }
 
-/// A surface placed in the world.
-pub(crate) fn surface_object(surface: &SplineSurface, transform: DAffine3) -> SurfaceObject {
+/// The patches of a surface placed in the world.
+pub(in crate::model) fn placed_patches(surface: &SplineSurface, placement: DAffine3) -> Vec<TrimmedPatch> {
     let place = |trimmed: TrimmedPatch| {
         let placed = |point: DVec4| {
             // (w x, w y, w z, w) goes to w times the image of (x, y, z)
-            (transform.matrix3 * point.truncate() + point.w * transform.translation).extend(point.w)
+            (placement.matrix3 * point.truncate() + point.w * placement.translation).extend(point.w)
         };
         let points = trimmed.patch.control_points().map(placed).collect();
         TrimmedPatch::untrimmed(trimmed.frame, BezierPatch::new(trimmed.patch.degree(), points))
     };
-    SurfaceObject {
-        patches: surface.patches().into_iter().map(place).collect(),
-        attributes: SurfaceAttributes { surface: surface.clone(), transform },
-    }
+    surface.patches().into_iter().map(place).collect()
 }
 
 /// The corners of a patch that is a parallelogram, from (0, 0) to (1, 0), (1, 1), (0, 1); `None` if it is not flat.
-pub(crate) fn plane_corners(trimmed: &TrimmedPatch) -> Option<[DVec3; 4]> {
+pub(in crate::model) fn plane_corners(trimmed: &TrimmedPatch) -> Option<[DVec3; 4]> {
     let patch = &trimmed.patch;
     if patch.degree() != [1, 1] || patch.is_rational() {
         return None;
@@ -63,7 +54,7 @@ impl VertexAttributes for SurfaceAttributes {
     }
 
     fn rest(&self, _polygon: u32, place: DVec3) -> DVec3 {
-        self.transform.transform_point3(self.surface.eval(place.truncate()))
+        self.placement.transform_point3(self.surface.eval(place.truncate()))
     }
 }
 

@@ -1,22 +1,210 @@
-//! The edits of a lattice, one after another.
+//! Deformation by a control lattice: what is given, its edits, and the volume that they make.
+//!
+//! Source: Sederberg, Parry (1986), *Free-form deformation of solid geometric models*; its B-spline form as in Feng, Nishita,
+//! Jin, Peng (2002).
 
-use glam::{DVec2, DVec3};
+use std::collections::BTreeSet;
 
-use crate::manipulate::{DirectManipulation, Drag, PointSolution, solve_weights};
-use crate::scene::read_lattice;
-use crate::scene::{Diagnostic, Located, Location};
-use crate::scene::{DragDescription, DragSources, DragUsing, Edit, FfdDescription, MoveTo, SceneDescription};
-use crate::spline::{ControlLattice, HeldPoint, SplineVolume};
+use glam::{DVec3, DVec4};
+use thiserror::Error;
+
+use crate::manipulate::{DirectManipulation, Drag, DragError, PointSolution, solve_weights};
+use crate::model::error::{ModelError, PartsOutside};
+use crate::spline::{Axis, ControlLattice, HeldPoint, KnotBox, SignedAxis, SplineVolume, VolumeError};
+use crate::subdivide::FrameChoice;
+use crate::trace::Ray;
 
 /// A flat axis of an object's box is widened by this part of the box's longest side to both sides, so that the lattice
 /// has room to bend.
 const FLAT_AXIS_PADDING: f64 = 0.25;
 
-/// A lattice after all edits.
-pub(crate) struct EditedLattice {
-    pub(crate) volume: SplineVolume,
-    pub(crate) lattice: ControlLattice,
-    pub(crate) drags: Vec<DragReport>,
+/// A free-form deformation by a B-spline volume over a box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lattice {
+    /// Degree along each axis, in `1..=4`.
+    pub degree: [usize; 3],
+    /// Control points along each axis, more than the degree.
+    pub points: [usize; 3],
+    /// Least and greatest corner of the lattice's box, with extent along every axis; if none, the bounding box of the object
+    /// as the lattice receives it.
+    pub bounds: Option<[DVec3; 2]>,
+    /// What happens to parts of the object outside the box.
+    pub outside: Outside,
+    /// Outermost layers of control points that stay.
+    pub hold: usize,
+    /// The frames of the patches.
+    pub frame: FrameChoice,
+    /// Edits of the lattice, in the order they apply.
+    pub edits: Vec<Edit>,
+}
+
+/// What happens to parts of an object outside the lattice's box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Outside {
+    /// They stay as they are.
+    #[default]
+    Keep,
+    /// They are an error.
+    Error,
+}
+
+/// An edit of a lattice's control points.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Edit {
+    /// Moves one control point.
+    Move {
+        /// Its index along each axis, inside the lattice and not held.
+        index: [usize; 3],
+        /// Where it goes.
+        to: MoveTo,
+    },
+    /// Turns about the box's centre line by the right-hand rule.
+    Twist {
+        /// Direction of the centre line.
+        axis: Axis,
+        /// Degrees at the far end, 0 at the near end.
+        angle: f64,
+    },
+    /// Scales across the box's centre line.
+    Taper {
+        /// Direction of the centre line.
+        axis: Axis,
+        /// Factors at the far end along [`Axis::cross_axes`], 1 at the near end.
+        scale: [f64; 2],
+    },
+    /// Bends the box's centre line to a circle's arc (Barr 1984).
+    Bend {
+        /// Direction of the centre line.
+        axis: Axis,
+        /// Degrees at the far end, 0 at the near end.
+        angle: f64,
+        /// The side that the far end bends to; across `axis`.
+        toward: SignedAxis,
+    },
+    /// Distance from the centre line times `1 + amount·sin(π z)`, z in `[0, 1]` along the axis.
+    Bulge {
+        /// Direction of the centre line.
+        axis: Axis,
+        /// Growth in the middle.
+        amount: f64,
+    },
+    /// Sets the weight of one control point.
+    Weight {
+        /// Its index along each axis, inside the lattice and not held.
+        index: [usize; 3],
+        /// The weight, above 0.
+        value: f64,
+    },
+    /// Moves points of the object to targets, by the least change of the lattice.
+    Drag(DragEdit),
+    /// Sets all control points: Cartesian with the weight as fourth component, third index fastest.
+    ControlPoints(Vec<DVec4>),
+}
+
+/// Points of the object that are dragged together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DragEdit {
+    /// The points.
+    pub sources: DragSources,
+    /// Where each must go; as many as sources.
+    pub targets: Vec<DVec3>,
+    /// What of the lattice changes.
+    pub using: DragUsing,
+    /// Whether drags by [`DragUsing::Points`] that contradict each other are met as nearly as possible instead of being an
+    /// error.
+    pub least_squares: bool,
+}
+
+/// How dragged points are given.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DragSources {
+    /// On the undeformed object, as the lattice receives it.
+    Points(Vec<DVec3>),
+    /// Where these rays first hit the object as it is after the edits before.
+    Rays(Vec<Ray>),
+}
+
+/// What drags change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DragUsing {
+    /// Places of control points.
+    Points,
+    /// Weights, each at least this times the least one before.
+    Weights {
+        /// The factor, above 0.
+        min_weight: f64,
+    },
+}
+
+/// Where a control point is moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MoveTo {
+    /// By this much from where it is.
+    By(DVec3),
+    /// To this place.
+    To(DVec3),
+}
+
+/// Why an edit cannot be made.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum EditError {
+    /// There is no such control point.
+    #[error("control point {index:?} is outside the lattice: the last is {last:?}")]
+    NoPoint {
+        /// Index of the control point.
+        index: [usize; 3],
+        /// The last control point's.
+        last: [usize; 3],
+    },
+    /// The control point is held.
+    #[error(transparent)]
+    Held(#[from] HeldPoint),
+    /// Not as many control points as the lattice has.
+    #[error("{got} control points given, {want} needed")]
+    Count {
+        /// Number given.
+        got: usize,
+        /// Number needed.
+        want: usize,
+    },
+    /// Not as many targets as sources.
+    #[error("{sources} points are dragged to {targets} targets: one target for each")]
+    Targets {
+        /// Number of sources.
+        sources: usize,
+        /// Number of targets.
+        targets: usize,
+    },
+    /// The drags cannot be met.
+    #[error(transparent)]
+    Drag(#[from] DragError),
+    /// A ray of [`DragSources::Rays`] hits nothing.
+    #[error("ray {ray} hits nothing of the object")]
+    Unseen {
+        /// Its index.
+        ray: usize,
+    },
+    /// The lattice as rays are to hit its object is no volume.
+    #[error(transparent)]
+    Volume(#[from] VolumeError),
+    /// The object that rays are to hit cannot be made.
+    #[error(transparent)]
+    Object(#[from] Box<ModelError>),
+}
+
+/// A lattice of an object after all edits.
+#[derive(Clone, Debug)]
+pub struct BuiltLattice {
+    /// Number of the deformer among the object's, from 1.
+    pub deformer: usize,
+    /// The volume.
+    pub volume: SplineVolume,
+    /// Its lattice.
+    pub lattice: ControlLattice,
+    /// What drags did to it.
+    pub drags: Vec<DragReport>,
+    /// The knot boxes that hold a part of the object.
+    pub knot_boxes: BTreeSet<KnotBox>,
 }
 
 /// What one edit's drags did to the lattice.
@@ -55,36 +243,65 @@ pub struct DragOutcome {
     pub reached: DVec3,
     /// Distance from the target.
     pub residual: f64,
-    /// The displacement by which this point alone is moved in the decomposition; none for weights.
+    /// The displacement by which this point alone is moved in the decomposition of Hu et al. (2001), section 5; none for
+    /// weights.
     pub decomposed: Option<DVec3>,
 }
 
-/// Finds the point of the undeformed object that is seen through a place of the picture.
-type Pick<'a> = &'a dyn Fn(&ControlLattice, DVec2) -> Result<DVec3, String>;
+/// The point, as the lattice receives it, where a ray hits the object under the lattice as it stands.
+type Seen<'a> = &'a dyn Fn(&ControlLattice, &Ray) -> Result<Option<DVec3>, EditError>;
 
-/// The lattice over a box after all edits of a deformation.
-pub(crate) fn edited_lattice(
-    scene: &SceneDescription,
-    ffd: &Located<&FfdDescription>,
-    object_bounds: [DVec3; 2],
-    pick: Pick<'_>,
-) -> Result<EditedLattice, Vec<Diagnostic>> {
-    let fault = |location: Location, message: String| {
-        vec![Diagnostic { file: scene.path.clone(), location: Some(location), message }]
-    };
-    let description = ffd.value;
-    let bounds = description.bounds.unwrap_or_else(|| padded(object_bounds));
-    let mut lattice =
-        ControlLattice::identity(description.degree, description.points, bounds, description.hold)
-            .map_err(|error| fault(ffd.location, error.to_string()))?;
-    let mut drags = Vec::new();
-    for (number, edit) in (1..).zip(&description.edits) {
-        let report = apply(&mut lattice, &edit.value, scene.least_squares, pick);
-        let report = report.map_err(|message| fault(edit.location, message))?;
-        drags.extend(report.map(|report| DragReport { edit: number, ..report }));
+impl Lattice {
+    /// A lattice around the object, without edits.
+    #[must_use]
+    pub fn new(degree: [usize; 3], points: [usize; 3]) -> Self {
+        Self {
+            degree,
+            points,
+            bounds: None,
+            outside: Outside::default(),
+            hold: 0,
+            frame: FrameChoice::default(),
+            edits: Vec::new(),
+        }
     }
-    let volume = lattice.volume().map_err(|error| fault(ffd.location, error.to_string()))?;
-    Ok(EditedLattice { volume, lattice, drags })
+
+    /// The volume after all edits, over `object_bounds` if the lattice has no box of its own. The deformer is of this index;
+    /// no knot boxes are known yet.
+    pub(in crate::model) fn built(
+        &self,
+        deformer: usize,
+        object_bounds: [DVec3; 2],
+        seen: Seen<'_>,
+    ) -> Result<BuiltLattice, ModelError> {
+        let bounds = self.bounds.unwrap_or_else(|| padded(object_bounds));
+        let fault = |source: VolumeError| ModelError::Lattice { deformer, source };
+        let mut lattice =
+            ControlLattice::identity(self.degree, self.points, bounds, self.hold).map_err(fault)?;
+        let mut drags = Vec::new();
+        for (number, edit) in self.edits.iter().enumerate() {
+            let report = edit.apply(&mut lattice, seen).map_err(|source| ModelError::Edit {
+                deformer,
+                edit: number,
+                source,
+            })?;
+            drags.extend(report.map(|report| DragReport { edit: number + 1, ..report }));
+        }
+        let volume = lattice.volume().map_err(fault)?;
+        Ok(BuiltLattice { deformer: deformer + 1, volume, lattice, drags, knot_boxes: BTreeSet::new() })
+    }
+
+    /// Refuses parts of the object outside the box, if they are an error.
+    pub(in crate::model) fn check_outside(
+        &self,
+        deformer: usize,
+        parts: impl FnOnce() -> Option<PartsOutside>,
+    ) -> Result<(), ModelError> {
+        match self.outside {
+            Outside::Keep => Ok(()),
+            Outside::Error => parts().map_or(Ok(()), |parts| Err(ModelError::Outside { deformer, parts })),
+        }
+    }
 }
 
 /// The box with flat axes widened.
@@ -95,99 +312,105 @@ fn padded([low, high]: [DVec3; 2]) -> [DVec3; 2] {
     [low - padding, high + padding]
 }
 
-/// Applies one edit; of drags it gives a report, with the edit's number still to be set.
-fn apply(
-    lattice: &mut ControlLattice,
-    edit: &Edit,
-    least_squares: bool,
-    pick: Pick<'_>,
-) -> Result<Option<DragReport>, String> {
-    let held = |error: HeldPoint| error.to_string();
-    match edit {
-        Edit::Move { index, to: MoveTo::By(offset) } => lattice.move_by(*index, *offset).map_err(held)?,
-        Edit::Move { index, to: MoveTo::To(place) } => lattice.move_to(*index, *place).map_err(held)?,
-        Edit::Twist { axis, angle } => lattice.twist(*axis, *angle),
-        Edit::Taper { axis, scale } => lattice.taper(*axis, *scale),
-        Edit::Bend { axis, angle, toward } => lattice.bend(*axis, *angle, *toward),
-        Edit::Bulge { axis, amount } => lattice.bulge(*axis, *amount),
-        Edit::Weight { index, value } => lattice.set_weight(*index, *value).map_err(held)?,
-        Edit::ControlPoints { path } => {
-            let points = read_lattice(path, lattice.counts())?;
-            lattice.set_all(points).map_err(held)?;
+impl Edit {
+    /// Applies the edit; of drags it gives a report, with the edit's number still to be set.
+    fn apply(&self, lattice: &mut ControlLattice, seen: Seen<'_>) -> Result<Option<DragReport>, EditError> {
+        if let Self::Move { index, .. } | Self::Weight { index, .. } = self {
+            let last = lattice.counts().map(|count| count - 1);
+            if (0..3).any(|axis| index[axis] > last[axis]) {
+                return Err(EditError::NoPoint { index: *index, last });
+            }
         }
-        Edit::Drag(drag) => return apply_drag(lattice, drag, least_squares, pick).map(Some),
+        match self {
+            Self::Move { index, to: MoveTo::By(offset) } => lattice.move_by(*index, *offset)?,
+            Self::Move { index, to: MoveTo::To(place) } => lattice.move_to(*index, *place)?,
+            Self::Twist { axis, angle } => lattice.twist(*axis, *angle),
+            Self::Taper { axis, scale } => lattice.taper(*axis, *scale),
+            Self::Bend { axis, angle, toward } => lattice.bend(*axis, *angle, *toward),
+            Self::Bulge { axis, amount } => lattice.bulge(*axis, *amount),
+            Self::Weight { index, value } => lattice.set_weight(*index, *value)?,
+            Self::ControlPoints(points) => {
+                let [got, want] = [points.len(), lattice.points().len()];
+                if got != want {
+                    return Err(EditError::Count { got, want });
+                }
+                lattice.set_all(points.clone())?;
+            }
+            Self::Drag(drag) => return drag.apply(lattice, seen).map(Some),
+        }
+        Ok(None)
     }
-    Ok(None)
 }
 
-fn apply_drag(
-    lattice: &mut ControlLattice,
-    description: &DragDescription,
-    least_squares: bool,
-    pick: Pick<'_>,
-) -> Result<DragReport, String> {
-    let sources = match &description.sources {
-        DragSources::Points(points) => points.clone(),
-        DragSources::Pixels(pixels) => {
-            pixels.iter().map(|pixel| pick(lattice, *pixel)).collect::<Result<_, _>>()?
+impl DragEdit {
+    fn apply(&self, lattice: &mut ControlLattice, seen: Seen<'_>) -> Result<DragReport, EditError> {
+        let sources = match &self.sources {
+            DragSources::Points(points) => points.clone(),
+            DragSources::Rays(rays) => (0..)
+                .zip(rays)
+                .map(|(number, ray)| seen(lattice, ray)?.ok_or(EditError::Unseen { ray: number }))
+                .collect::<Result<_, _>>()?,
+        };
+        let targets = &self.targets;
+        if sources.len() != targets.len() {
+            return Err(EditError::Targets { sources: sources.len(), targets: targets.len() });
         }
-    };
-    let targets = &description.targets;
-    let text = |error: crate::manipulate::DragError| error.to_string();
-    let before = positions(lattice, &sources);
-    let mut report = DragReport {
-        edit: 0,
-        using: description.using,
-        equations: sources.len(),
-        rank: 0,
-        condition: 0.0,
-        objective: 0.0,
-        drags: Vec::new(),
-        moves: Vec::new(),
-        weights: Vec::new(),
-    };
-    let mut decomposed = None;
-    match description.using {
-        DragUsing::Points => {
-            let manipulation = DirectManipulation::try_new(lattice, &sources).map_err(text)?;
-            let displacements: Vec<DVec3> = targets.iter().zip(&before).map(|(to, from)| to - from).collect();
-            let solution: PointSolution = if least_squares {
-                manipulation.solve_least_squares(&displacements)
-            } else {
-                manipulation.solve(&displacements).map_err(text)?
-            };
-            decomposed = Some(manipulation.decompose(&displacements));
-            report.rank = manipulation.rank();
-            report.condition = manipulation.condition();
-            report.objective = solution.objective;
-            report.moves =
-                solution.moves.iter().map(|&(flat, offset)| (lattice.index_of(flat), offset)).collect();
-            solution.apply(lattice);
+        let before = positions(lattice, &sources);
+        let mut report = DragReport {
+            edit: 0,
+            using: self.using,
+            equations: sources.len(),
+            rank: 0,
+            condition: 0.0,
+            objective: 0.0,
+            drags: Vec::new(),
+            moves: Vec::new(),
+            weights: Vec::new(),
+        };
+        let mut decomposed = None;
+        match self.using {
+            DragUsing::Points => {
+                let manipulation = DirectManipulation::try_new(lattice, &sources)?;
+                let displacements: Vec<DVec3> =
+                    targets.iter().zip(&before).map(|(to, from)| to - from).collect();
+                let solution: PointSolution = if self.least_squares {
+                    manipulation.solve_least_squares(&displacements)
+                } else {
+                    manipulation.solve(&displacements)?
+                };
+                decomposed = Some(manipulation.decompose(&displacements));
+                report.rank = manipulation.rank();
+                report.condition = manipulation.condition();
+                report.objective = solution.objective;
+                report.moves =
+                    solution.moves.iter().map(|&(flat, offset)| (lattice.index_of(flat), offset)).collect();
+                solution.apply(lattice);
+            }
+            DragUsing::Weights { min_weight } => {
+                let drags: Vec<Drag> =
+                    sources.iter().zip(targets).map(|(&source, &target)| Drag { source, target }).collect();
+                let solution = solve_weights(lattice, &drags, min_weight)?;
+                [report.equations, report.rank] = solution.rank;
+                report.condition = solution.condition;
+                report.objective = solution.objective;
+                report.weights =
+                    solution.weights.iter().map(|&(flat, weight)| (lattice.index_of(flat), weight)).collect();
+                solution.apply(lattice);
+            }
         }
-        DragUsing::Weights { min_weight } => {
-            let drags: Vec<Drag> =
-                sources.iter().zip(targets).map(|(&source, &target)| Drag { source, target }).collect();
-            let solution = solve_weights(lattice, &drags, min_weight).map_err(text)?;
-            [report.equations, report.rank] = solution.rank;
-            report.condition = solution.condition;
-            report.objective = solution.objective;
-            report.weights =
-                solution.weights.iter().map(|&(flat, weight)| (lattice.index_of(flat), weight)).collect();
-            solution.apply(lattice);
-        }
+        let after = positions(lattice, &sources);
+        report.drags = (0..sources.len())
+            .map(|i| DragOutcome {
+                source: sources[i],
+                target: targets[i],
+                before: before[i],
+                reached: after[i],
+                residual: after[i].distance(targets[i]),
+                decomposed: decomposed.as_ref().map(|decomposed: &Vec<DVec3>| decomposed[i]),
+            })
+            .collect();
+        Ok(report)
     }
-    let after = positions(lattice, &sources);
-    report.drags = (0..sources.len())
-        .map(|i| DragOutcome {
-            source: sources[i],
-            target: targets[i],
-            before: before[i],
-            reached: after[i],
-            residual: after[i].distance(targets[i]),
-            decomposed: decomposed.as_ref().map(|decomposed: &Vec<DVec3>| decomposed[i]),
-        })
-        .collect();
-    Ok(report)
 }
 
 /// Where the lattice takes points; NaN outside its box, which drags refuse.

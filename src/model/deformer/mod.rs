@@ -1,6 +1,51 @@
-//! Deformers, each in a file of its own.
+//! What deforms an object, each kind in a file of its own: lattices here, maps in [`analytic`](crate::analytic).
 
 mod lattice;
 
-pub use lattice::{DragOutcome, DragReport};
-pub(super) use lattice::{EditedLattice, edited_lattice};
+pub use lattice::{
+    BuiltLattice, DragEdit, DragOutcome, DragReport, DragSources, DragUsing, Edit, EditError, Lattice,
+    MoveTo, Outside,
+};
+
+use crate::analytic::{Extension, Step};
+
+/// One deformation of an object.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Deformer {
+    /// A control lattice with edits, around the object as the deformers before leave it.
+    Lattice(Lattice),
+    /// A map that does not depend on the object.
+    Map(Step),
+}
+
+impl Deformer {
+    /// The lattice, if it is one.
+    #[must_use]
+    pub const fn lattice(&self) -> Option<&Lattice> {
+        match self {
+            Self::Lattice(lattice) => Some(lattice),
+            Self::Map(_) => None,
+        }
+    }
+
+    /// The map, if it is one.
+    #[must_use]
+    pub const fn map(&self) -> Option<&Step> {
+        match self {
+            Self::Lattice(_) => None,
+            Self::Map(map) => Some(map),
+        }
+    }
+}
+
+impl From<Lattice> for Deformer {
+    fn from(lattice: Lattice) -> Self {
+        Self::Lattice(lattice)
+    }
+}
+
+impl From<Extension> for Deformer {
+    fn from(extension: Extension) -> Self {
+        Self::Map(Step::Extension(extension))
+    }
+}

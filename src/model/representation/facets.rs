@@ -9,7 +9,7 @@ use crate::trace::VertexAttributes;
 
 /// The patches of triangles and what is looked up at their hits. `exact` looks up where the shape itself would be; with
 /// `vertex_normals` it is asked at the triangles' corners alone. `volume` is the first that deforms the object.
-pub(crate) fn facet_object(
+pub(in crate::model) fn facet_object(
     mut facets: Vec<Facet>,
     exact: Box<dyn VertexAttributes>,
     vertex_normals: bool,
@@ -36,7 +36,7 @@ pub(crate) fn facet_object(
 #[derive(Debug)]
 struct InterpolatedNormals {
     exact: Box<dyn VertexAttributes>,
-    /// Of each triangle the prepared polygon, the corners before the deformation, and the deformed normals there.
+    /// For each triangle the prepared polygon, the corners before the deformation, and the deformed normals there.
     corners: Vec<(u32, [DVec3; 3], [Option<DVec3>; 3])>,
 }
 

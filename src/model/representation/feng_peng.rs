@@ -1,11 +1,14 @@
 //! Objects of triangular Bézier patches, the exact method before; they go through the same tracer, for comparison.
+//!
+//! Source: Feng, Peng (2000), *Accelerating accurate B-spline free-form deformation through polynomial interpolation*.
 
 use std::collections::BTreeSet;
 
+use super::{Construction, Elements};
 use crate::analytic::Step;
-use crate::model::deformation::{Deformed, Deforming, Shaped, StepFault, Undeformed, planar};
+use crate::model::deformation::{Base, Patches, PlacedShape, planar};
+use crate::model::error::ModelError;
 use crate::patch::{BuildError, deform_triangles};
-use crate::scene::Diagnostic;
 
 /// How much the triangular patches of an object are, before they are converted to tensor-product patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,40 +21,36 @@ pub struct TriangularCounts {
     pub bytes: usize,
 }
 
-impl Deforming<'_> {
-    /// A mesh's deformation, by one lattice at most, as triangular patches.
-    ///
-    /// # Errors
-    /// At the second deformation if there is one, and as [`Self::deformed`].
-    pub(crate) fn triangular(&self) -> Result<(Deformed, TriangularCounts), Vec<Diagnostic>> {
-        let fault = |step, message| self.diagnostics(StepFault { step: Some(step), message });
-        if self.object.deform.len() > 1 {
-            let message = "method triangular takes one lattice at most, for only flat polygons have triangular \
-                           patches; method = \"exact\" takes any number";
-            return Err(fault(1, message.to_owned()));
-        }
-        let (steps, lattices) = self.steps()?;
-        let (polygons, volume) = match (self.undeformed, steps.first()) {
-            (Undeformed::Polygons(polygons), None) => (polygons, None),
-            (Undeformed::Polygons(polygons), Some(Step::Volume(volume))) => (polygons, Some(volume)),
-            _ => return Err(fault(0, "method triangular takes a mesh and a lattice".to_owned())),
-        };
-        let planar = planar(polygons);
-        let failed = |error: BuildError| fault(0, error.to_string());
-        let made = deform_triangles(&planar, volume).map_err(failed)?;
-        let patches = made.trimmed_patches(&planar, volume).map_err(failed)?;
-        let counts = TriangularCounts {
-            patches: made.pieces.len(),
-            control_points: made.control_points(),
-            bytes: made.bytes(),
-        };
-        let knot_boxes: BTreeSet<_> = made.pieces.iter().map(|piece| (0, piece.knot_box())).collect();
-        let shaped = Shaped { patches, subpolygons: made.pieces.len(), times: made.times, knot_boxes };
-        if volume.is_some() {
-            self.check_outside(0, &shaped).map_err(|fault| self.diagnostics(fault))?;
-        }
-        Ok((Deformed::new(shaped, steps, lattices), counts))
+/// Polygons under one lattice at most, as triangular patches.
+///
+/// # Errors
+/// At the second deformer if there is one, and as the exact representation.
+pub(super) fn construct(shape: &PlacedShape<'_>) -> Result<Construction, ModelError> {
+    if shape.deformers.len() > 1 {
+        return Err(ModelError::OneLattice);
     }
+    let (steps, mut lattices) = shape.steps()?;
+    let (polygons, volume) = match (shape.base, steps.first()) {
+        (Base::Polygons(polygons), None) => (polygons, None),
+        (Base::Polygons(polygons), Some(Step::Volume(volume))) => (polygons, Some(volume)),
+        _ => return Err(ModelError::OnlyLattice),
+    };
+    let planar = planar(polygons);
+    let failed = |source: BuildError| ModelError::Patches { deformer: 0, source };
+    let made = deform_triangles(&planar, volume).map_err(failed)?;
+    let patches = made.trimmed_patches(&planar, volume).map_err(failed)?;
+    let subpolygons = made.pieces.len();
+    let counts =
+        TriangularCounts { patches: subpolygons, control_points: made.control_points(), bytes: made.bytes() };
+    let knot_boxes: BTreeSet<_> = made.pieces.iter().map(|piece| (0, piece.knot_box())).collect();
+    let made = Patches { patches, subpolygons, times: made.times, knot_boxes };
+    if volume.is_some() {
+        shape.check_outside(0, &made)?;
+    }
+    made.record_knot_boxes(&mut lattices);
+    let Patches { patches, times, .. } = made;
+    let elements = Elements::Patches(patches);
+    Ok(Construction { elements, subpolygons, steps, lattices, triangular: Some(counts), times })
 }
 
 #[cfg(test)]

@@ -1,10 +1,15 @@
 //! Pointwise free-form deformation: only the corners of split triangles are moved (Sederberg and Parry 1986), for comparison.
 
+use std::time::{Duration, Instant};
+
 use glam::DVec3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use crate::mesh::{Polygon, PolygonSet};
-use crate::patch::Facet;
+use super::{Construction, Elements};
+use crate::mesh::Polygon;
+use crate::model::deformation::{Base, PlacedShape};
+use crate::model::error::ModelError;
+use crate::patch::{BuildTimes, Facet};
 use crate::spline::SplineVolume;
 
 /// Most triangles of an object.
@@ -15,25 +20,22 @@ const MAX_TRIANGLES: usize = 20_000_000;
 const ON_BORDER: f64 = 1e-10;
 
 /// Greatest number of splittings.
-pub(crate) const MAX_LEVEL: u32 = 12;
+pub(super) const MAX_LEVEL: u32 = 12;
 
 /// Splits each triangle of the polygons' fans into 4^level and moves the corners.
 ///
 /// # Errors
-/// If there would be too many triangles.
-pub(crate) fn deform_pointwise(
-    polygons: &PolygonSet,
-    volumes: &[SplineVolume],
-    level: u32,
-) -> Result<Vec<Facet>, String> {
+/// If there would be too many triangles, or the shape is a surface.
+pub(super) fn construct(shape: &PlacedShape<'_>, level: u32) -> Result<Construction, ModelError> {
+    let Base::Polygons(polygons) = shape.base else { return Err(ModelError::NeedsPolygons) };
+    let started = Instant::now();
+    let (steps, lattices) = shape.steps()?;
     let fans: usize = polygons.iter().map(|polygon| polygon.positions.len() - 2).sum();
     let each = 4_usize.saturating_pow(level);
     if fans.saturating_mul(each) > MAX_TRIANGLES {
-        return Err(format!(
-            "pointwise:{level} would make more than {MAX_TRIANGLES} triangles; a lower level would do"
-        ));
+        return Err(ModelError::TooManyTriangles { level, most: MAX_TRIANGLES });
     }
-    let moved = |rest: DVec3| volumes.iter().fold(rest, |place, volume| moved(volume, place));
+    let moved = |rest: DVec3| lattices.iter().fold(rest, |place, lattice| moved(&lattice.volume, place));
     let of_polygon = |index: usize| {
         let polygon = polygons.polygon(index);
         let number = u32::try_from(index).expect("fewer than 2^32 polygons fit in memory");
@@ -43,7 +45,10 @@ pub(crate) fn deform_pointwise(
         triangles.map(facet).collect::<Vec<_>>()
     };
     let made: Vec<_> = (0..polygons.len()).into_par_iter().map(of_polygon).collect();
-    Ok(made.into_iter().flatten().collect())
+    let facets: Vec<Facet> = made.into_iter().flatten().collect();
+    let times = BuildTimes { subdivide: started.elapsed(), compose: Duration::ZERO };
+    let (subpolygons, elements) = (facets.len(), Elements::Facets(facets));
+    Ok(Construction { elements, subpolygons, steps, lattices, triangular: None, times })
 }
 
 /// Where a volume takes a place: itself outside the lattice's box.

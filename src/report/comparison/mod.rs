@@ -13,7 +13,6 @@ use thiserror::Error;
 use super::numbers::{about, count, scientific, short};
 use super::page::{Html, page};
 use crate::compare::{MethodFigures, Needed, SceneFigures};
-use crate::scene::Method;
 
 /// Why there is no page.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -105,7 +104,7 @@ fn name(method: &MethodFigures) -> String {
 
 /// Whether it is the reference, or one that is as exact.
 fn is_exact(method: &MethodFigures) -> bool {
-    matches!(method.kind, Method::Exact | Method::Triangular)
+    method.kind.is_exact()
 }
 
 fn needed(rows: &[Needed]) -> Html {

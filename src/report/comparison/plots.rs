@@ -2,10 +2,10 @@
 
 use super::is_exact;
 use crate::compare::MethodFigures;
+use crate::model::Representation;
 use crate::report::numbers::scientific;
 use crate::report::page::Html;
 use crate::report::plot::{Axis, Curve, Level, Plot, Point, plot};
-use crate::scene::Method;
 
 const TRIANGLES: Axis = Axis { label: "triangles", is_bytes: false };
 const SECONDS: Axis = Axis { label: "seconds to build and render", is_bytes: false };
@@ -48,7 +48,7 @@ pub(super) fn plots(methods: &[MethodFigures]) -> Result<Vec<Html>, String> {
 
 /// From coarse to fine.
 fn curves(methods: &[MethodFigures], x: Figure, y: Figure) -> Vec<Curve> {
-    let curve = |name, parameter: fn(Method) -> Option<(f64, String)>| {
+    let curve = |name, parameter: fn(Representation) -> Option<(f64, String)>| {
         let found = methods.iter().filter_map(|method| Some((parameter(method.kind)?, method)));
         let mut found: Vec<_> = found.collect();
         found.sort_by(|((a, _), _), ((b, _), _)| a.total_cmp(b));
@@ -60,13 +60,9 @@ fn curves(methods: &[MethodFigures], x: Figure, y: Figure) -> Vec<Curve> {
         Curve { name, points: found.into_iter().map(point).collect() }
     };
     vec![
-        curve("pointwise", |method| match method {
-            Method::Pointwise { level } => Some((f64::from(level), level.to_string())),
-            _ => None,
-        }),
-        curve("adaptive", |method| match method {
-            Method::Adaptive { tolerance } => Some((-tolerance, scientific(tolerance).replace(".0e", "e"))),
-            _ => None,
+        curve("pointwise", |kind| kind.level().map(|level| (f64::from(level), level.to_string()))),
+        curve("adaptive", |kind| {
+            kind.tolerance().map(|tolerance| (-tolerance, scientific(tolerance).replace(".0e", "e")))
         }),
     ]
 }

@@ -3,7 +3,6 @@
 use super::is_exact;
 use crate::compare::{MethodFigures, SceneFigures};
 use crate::report::numbers::{about, count, scientific, share, short};
-use crate::scene::Method;
 
 /// What is called rounding, in parts of the diagonal: far more than a few operations make, far less than any approximation here.
 const ROUNDING: f64 = 1e-10;
@@ -20,10 +19,7 @@ pub(super) fn summary(figures: &SceneFigures) -> Vec<String> {
 }
 
 fn coarsest(methods: &[MethodFigures]) -> Option<String> {
-    let levels = methods.iter().filter_map(|method| match method.kind {
-        Method::Pointwise { level } => Some((level, method)),
-        _ => None,
-    });
+    let levels = methods.iter().filter_map(|method| Some((method.kind.level()?, method)));
     let (level, method) = levels.min_by_key(|(level, _)| *level)?;
     let shape = method.deviation.map(|found| format!("{} of its diagonal", share(found.max)));
     let outline = method.silhouette.map(|found| format!("{} px at the silhouette", short(found.max)));

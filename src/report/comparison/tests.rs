@@ -2,6 +2,7 @@ use super::*;
 use crate::compare::{Bytes, ImageFigures, Seconds, SilhouetteError, needed};
 use crate::deviation::Deviation;
 use crate::difference::Angles;
+use crate::model::Representation;
 
 fn image(error: f64) -> ImageFigures {
     ImageFigures {
@@ -19,8 +20,8 @@ fn image(error: f64) -> ImageFigures {
 }
 
 /// Made up: of the exact method for error 0.
-fn method(kind: Method, triangles: usize, error: f64) -> MethodFigures {
-    let is_exact = kind == Method::Exact;
+fn method(kind: Representation, triangles: usize, error: f64) -> MethodFigures {
+    let is_exact = kind == Representation::Exact;
     let max = if is_exact { 3.1e-16 } else { error };
     let seconds_of = Seconds { build: triangles as f64 * 1e-6, render: 1.3, deviation: 2.0 };
     let bytes_of = Bytes { geometry: triangles * 200, acceleration: triangles * 64, plain: triangles * 18 };
@@ -54,16 +55,16 @@ fn scene_of(methods: Vec<MethodFigures>) -> SceneFigures {
 
 /// The exact method, noise, and others.
 fn all() -> SceneFigures {
-    let mut methods = vec![method(Method::Exact, 768, 0.0)];
+    let mut methods = vec![method(Representation::Exact, 768, 0.0)];
     methods.push(MethodFigures { noise: true, image: Some(image(0.003)), ..methods[0].clone() });
     for level in 0..5_u32 {
         let split = 4_usize.pow(level);
-        methods.push(method(Method::Pointwise { level }, 768 * split, 0.014 / split as f64));
+        methods.push(method(Representation::Pointwise { level }, 768 * split, 0.014 / split as f64));
     }
     for (tolerance, triangles, error) in
         [(2e-3, 1_930, 9.1e-4), (2e-4, 12_600, 9.4e-5), (2e-5, 98_304, 9.9e-6)]
     {
-        methods.push(method(Method::Adaptive { tolerance }, triangles, error));
+        methods.push(method(Representation::Adaptive { tolerance }, triangles, error));
     }
     scene_of(methods)
 }
@@ -132,8 +133,8 @@ fn what_is_not_known_is_told() {
 
 #[test]
 fn few_methods_and_errors_of_zero_make_a_page() {
-    let exact = method(Method::Exact, 768, 0.0);
-    let level = |level, error| method(Method::Pointwise { level }, 768, error);
+    let exact = method(Representation::Exact, 768, 0.0);
+    let level = |level, error| method(Representation::Pointwise { level }, 768, error);
     let zero = |mut method: MethodFigures| {
         method.deviation = Some(Deviation {
             max: 0.0,

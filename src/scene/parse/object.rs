@@ -3,7 +3,8 @@
 use super::material::Materials;
 use super::names::Names;
 use super::{deform, surface};
-use crate::scene::description::{Method, ObjectDescription, ObjectShape};
+use crate::model::{ModelError, Representation};
+use crate::scene::description::{ObjectDescription, ObjectShape};
 use crate::scene::diagnostic::Located;
 use crate::scene::names::{did_you_mean, quoted};
 use crate::scene::reader::{Table, Value};
@@ -30,10 +31,11 @@ fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Optio
     let normals = table.name_index("normals", "normals", &["face", "vertex"]);
     let method = table
         .optional("method", "\"exact\", \"pointwise:L\", \"adaptive:TOL\" or \"triangular\"", Value::text)
-        .and_then(|method| table.converted("method", method.parse::<Method>()));
-    if table.has("surface") && matches!(method, Some(Method::Pointwise { .. } | Method::Triangular)) {
-        let message = "a surface has no triangles: valid are exact and adaptive:TOL".to_owned();
-        table.report_value("method", message);
+        .and_then(|method| {
+            table.converted("method", method.parse::<Representation>().map_err(|error| error.to_string()))
+        });
+    if table.has("surface") && method.is_some_and(Representation::needs_polygons) {
+        table.report_value("method", ModelError::NeedsPolygons.to_string());
     }
     let deform = table.tables("deform", "[[object.deform]]");
     let deform = deform::read_all(deform.unwrap_or_default(), table.has("surface"));

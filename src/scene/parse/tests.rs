@@ -5,9 +5,10 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::film::{Aov, FilmSettings, Filter};
+use crate::model::{Edit, Lattice, MoveTo, Outside, Representation};
 use crate::scene::{
-    DeformDescription, Edit, FfdDescription, LightDescription, Located, Location, Method, MoveTo,
-    NamedMaterial, ObjectDescription, ObjectShape, Outside,
+    DeformDescription, EditDescription, LightDescription, Located, Location, NamedMaterial,
+    ObjectDescription, ObjectShape,
 };
 use crate::shade::{
     BitmapSource, Checkerboard, CoatSource, GlassSource, MetalSource, MicrofacetDistribution,
@@ -119,33 +120,46 @@ fn parse(text: &str) -> Result<SceneDescription, SceneError> {
     parse_scene_str(text, Path::new("scenes/a.toml"))
 }
 
-fn full_edits() -> Vec<Located<Edit>> {
+fn full_edits() -> Vec<Located<EditDescription>> {
     let index = [1, 2, 3];
     vec![
-        located(Edit::Move { index, to: MoveTo::By(DVec3::new(0.0, 0.0, 0.3)) }, 64, 8),
-        located(Edit::Move { index: [2, 3, 4], to: MoveTo::To(DVec3::new(1.0, 2.0, 3.0)) }, 67, 8),
-        located(Edit::Twist { axis: Axis::Z, angle: 90.0 }, 70, 9),
-        located(Edit::Taper { axis: Axis::X, scale: [0.5, 2.0] }, 72, 9),
         located(
-            Edit::Bend { axis: Axis::Y, angle: -45.0, toward: SignedAxis { axis: Axis::X, negative: true } },
+            EditDescription::Complete(Edit::Move { index, to: MoveTo::By(DVec3::new(0.0, 0.0, 0.3)) }),
+            64,
+            8,
+        ),
+        located(
+            EditDescription::Complete(Edit::Move {
+                index: [2, 3, 4],
+                to: MoveTo::To(DVec3::new(1.0, 2.0, 3.0)),
+            }),
+            67,
+            8,
+        ),
+        located(EditDescription::Complete(Edit::Twist { axis: Axis::Z, angle: 90.0 }), 70, 9),
+        located(EditDescription::Complete(Edit::Taper { axis: Axis::X, scale: [0.5, 2.0] }), 72, 9),
+        located(
+            EditDescription::Complete(Edit::Bend {
+                axis: Axis::Y,
+                angle: -45.0,
+                toward: SignedAxis { axis: Axis::X, negative: true },
+            }),
             74,
             8,
         ),
-        located(Edit::Bulge { axis: Axis::Z, amount: -0.2 }, 76, 9),
-        located(Edit::Weight { index: [1, 1, 1], value: 2.0 }, 78, 10),
-        located(Edit::ControlPoints { path: PathBuf::from("scenes/lattice.npy") }, 81, 18),
+        located(EditDescription::Complete(Edit::Bulge { axis: Axis::Z, amount: -0.2 }), 76, 9),
+        located(EditDescription::Complete(Edit::Weight { index: [1, 1, 1], value: 2.0 }), 78, 10),
+        located(EditDescription::ControlPoints { path: PathBuf::from("scenes/lattice.npy") }, 81, 18),
     ]
 }
 
 fn full_objects() -> Vec<ObjectDescription> {
-    let ffd = FfdDescription {
-        degree: [2, 3, 1],
-        points: [4, 5, 6],
+    let lattice = Lattice {
         bounds: Some([DVec3::ZERO, DVec3::ONE]),
         outside: Outside::Error,
         hold: 1,
         frame: FrameChoice::Rectangle,
-        edits: full_edits(),
+        ..Lattice::new([2, 3, 1], [4, 5, 6])
     };
     let turned = DMat3::from_cols(2.0 * DVec3::Y, -2.0 * DVec3::X, 2.0 * DVec3::Z);
     vec![
@@ -155,8 +169,8 @@ fn full_objects() -> Vec<ObjectDescription> {
             material: Some(1),
             transform: DAffine3::from_mat3_translation(turned, DVec3::Z),
             vertex_normals: false,
-            method: Method::Exact,
-            deform: vec![located(DeformDescription::Ffd(ffd), 55, 1)],
+            method: Representation::Exact,
+            deform: vec![located(DeformDescription::Lattice { lattice, edits: full_edits() }, 55, 1)],
         },
         ObjectDescription {
             name: located("plain".to_owned(), 84, 8),
@@ -164,7 +178,7 @@ fn full_objects() -> Vec<ObjectDescription> {
             material: None,
             transform: DAffine3::IDENTITY,
             vertex_normals: false,
-            method: Method::Exact,
+            method: Representation::Exact,
             deform: Vec::new(),
         },
     ]

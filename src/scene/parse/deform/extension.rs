@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::analytic::{Expression, Extension, ExtensionMode, Field, Region};
+use crate::scene::description::DeformDescription;
 use crate::scene::names::quoted;
 use crate::scene::reader::{Converted, Table, Value};
 
@@ -23,7 +24,7 @@ const MAX_INDEX: i128 = 32;
 const LEAST_VOLUME: f64 = 1e-4;
 
 /// Reads and checks a deformation.
-pub(super) fn read(mut table: Table<'_>) -> Option<Extension> {
+pub(super) fn read(mut table: Table<'_>) -> Option<DeformDescription> {
     table.check_keys(KEYS);
     let mode = table.required_name("mode", "mode", MODES);
     let center = table.optional("center", POINT, Value::vector);
@@ -54,7 +55,7 @@ pub(super) fn read(mut table: Table<'_>) -> Option<Extension> {
         "radial" => ExtensionMode::Radial,
         _ => ExtensionMode::Field(read_field(&table)?),
     };
-    (count > 0 && read.len() == count).then(|| Extension::new(mode, read))
+    (count > 0 && read.len() == count).then(|| DeformDescription::Complete(Extension::new(mode, read).into()))
 }
 
 fn read_axes(table: &Table<'_>) -> Option<DMat3> {

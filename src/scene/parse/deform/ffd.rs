@@ -2,7 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::scene::description::{DragDescription, DragSources, DragUsing, Edit, FfdDescription, MoveTo};
+use crate::model::{DragUsing, Edit, Lattice, MoveTo};
+use crate::scene::description::{DeformDescription, DragPlaces, EditDescription};
 use crate::scene::diagnostic::Located;
 use crate::scene::names::Choice;
 use crate::scene::reader::{Converted, Table, Value};
@@ -23,7 +24,7 @@ const AXES: [char; 3] = ['x', 'y', 'z'];
 pub(super) const KEYS: &[&str] = &["type", "degree", "points", "bounds", "outside", "hold", "frame", "edit"];
 
 /// Reads and checks a deformation.
-pub(super) fn read(mut table: Table<'_>) -> Option<FfdDescription> {
+pub(super) fn read(mut table: Table<'_>) -> Option<DeformDescription> {
     table.check_keys(KEYS);
     let degrees = format!("three integers from 1 to {MAX_DEGREE}");
     let degree =
@@ -38,19 +39,18 @@ pub(super) fn read(mut table: Table<'_>) -> Option<FfdDescription> {
     let hold = table
         .optional("hold", "an integer of at least 0", |value| value.integer(0..=MAX_CONTROL_POINTS as i128));
     let frame = table.choice("frame");
-    let lattice = Lattice { points, hold: hold.unwrap_or(0) };
+    let limits = Limits { points, hold: hold.unwrap_or(0) };
     let edits = table.tables("edit", "[[object.deform.edit]]");
     let edits = edits.unwrap_or_default().into_iter();
-    let edits = edits.filter_map(|edit| lattice.read_edit(edit)).collect();
-    Some(FfdDescription {
-        degree: degree?,
-        points: points?,
+    let edits = edits.filter_map(|edit| limits.read_edit(edit)).collect();
+    let lattice = Lattice {
         bounds,
         outside: outside.unwrap_or_default(),
-        hold: lattice.hold,
+        hold: limits.hold,
         frame: frame.unwrap_or_default(),
-        edits,
-    })
+        ..Lattice::new(degree?, points?)
+    };
+    Some(DeformDescription::Lattice { lattice, edits })
 }
 
 fn check_counts(table: &Table<'_>, degree: Option<[usize; 3]>, points: Option<[usize; 3]>) {
@@ -106,13 +106,13 @@ const EDITS: [(&str, &[&str]); 9] = [
 ];
 
 /// What edits are checked against.
-struct Lattice {
+struct Limits {
     points: Option<[usize; 3]>,
     hold: usize,
 }
 
-impl Lattice {
-    fn read_edit(&self, mut table: Table<'_>) -> Option<Located<Edit>> {
+impl Limits {
+    fn read_edit(&self, mut table: Table<'_>) -> Option<Located<EditDescription>> {
         let present: Vec<_> = EDITS.iter().filter(|(kind, _)| table.has(kind)).collect();
         let (kind, keys) = match present.as_slice() {
             [] => {
@@ -131,19 +131,24 @@ impl Lattice {
         };
         table.check_keys(keys);
         let location = table.value(kind)?.location();
-        let value = match kind {
+        let edit = match kind {
             "move" => self.read_move(&table),
             "twist" => read_twist(&table),
             "taper" => read_taper(&table),
             "bend" => read_bend(&table),
             "bulge" => read_bulge(&table),
             "weight" => self.read_weight(&table),
-            "drag" | "pick" => read_drag(&table, kind),
-            _ => table
-                .required(kind, "the path of a .npy file", Value::path)
-                .map(|path| Edit::ControlPoints { path }),
-        }?;
-        Some(Located { value, location })
+            _ => {
+                let value = if kind == "control_points" {
+                    let path = table.required(kind, "the path of a .npy file", Value::path)?;
+                    EditDescription::ControlPoints { path }
+                } else {
+                    read_drag(&table, kind)?
+                };
+                return Some(Located { value, location });
+            }
+        };
+        Some(Located { value: EditDescription::Complete(edit?), location })
     }
 
     fn read_move(&self, table: &Table<'_>) -> Option<Edit> {
@@ -207,16 +212,16 @@ impl Lattice {
 }
 
 /// Points of the object, or of the picture, and where they go.
-fn read_drag(table: &Table<'_>, kind: &str) -> Option<Edit> {
+fn read_drag(table: &Table<'_>, kind: &str) -> Option<EditDescription> {
     let places = "[[x, y, z], …], a point for each, of finite numbers";
     let targets: Option<Vec<[f64; 3]>> = table.required("to", places, list);
     let sources = if kind == "drag" {
         let points: Option<Vec<[f64; 3]>> = table.required("drag", places, list);
-        points.map(|points| DragSources::Points(points.into_iter().map(DVec3::from_array).collect()))
+        points.map(|points| DragPlaces::Points(points.into_iter().map(DVec3::from_array).collect()))
     } else {
         let pixels: Option<Vec<[f64; 2]>> =
             table.required("pick", "[x, y] in pixels, or a list of such places", list);
-        pixels.map(|pixels| DragSources::Pixels(pixels.into_iter().map(DVec2::from_array).collect()))
+        pixels.map(|pixels| DragPlaces::Pixels(pixels.into_iter().map(DVec2::from_array).collect()))
     };
     let using = table.name_index("using", "using", &["points", "weights"]);
     let min_weight = table.optional("min_weight", "a number above 0 and below 1", |value| {
@@ -231,8 +236,8 @@ fn read_drag(table: &Table<'_>, kind: &str) -> Option<Edit> {
     };
     let (sources, targets) = (sources?, targets?);
     let count = match &sources {
-        DragSources::Points(points) => points.len(),
-        DragSources::Pixels(pixels) => pixels.len(),
+        DragPlaces::Points(points) => points.len(),
+        DragPlaces::Pixels(pixels) => pixels.len(),
     };
     if count != targets.len() || count == 0 {
         let message = format!("{kind} has {count} points, but to has {}: one target for each", targets.len());
@@ -240,7 +245,7 @@ fn read_drag(table: &Table<'_>, kind: &str) -> Option<Edit> {
         return None;
     }
     let targets = targets.into_iter().map(DVec3::from_array).collect();
-    Some(Edit::Drag(DragDescription { sources, targets, using }))
+    Some(EditDescription::Drag { sources, targets, using })
 }
 
 /// A list of vectors, or one of them.

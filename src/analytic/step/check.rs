@@ -4,12 +4,12 @@ use std::collections::VecDeque;
 
 use glam::DVec2;
 
-use super::cell::rectangle;
-use super::choice::{ByValue, Choose, Possible};
-use super::disc::Disc;
 use super::extension::{Extension, ExtensionMode, Region};
-use super::jet::Jet;
-use super::number::{Number, SIZES};
+use crate::analytic::cell::rectangle;
+use crate::analytic::choice::{ByValue, Choose, Possible};
+use crate::analytic::disc::Disc;
+use crate::analytic::jet::Jet;
+use crate::analytic::number::{Number, SIZES};
 
 /// Rectangles examined for one question; then it stays open.
 const MAX_RECTANGLES: usize = 4096;
@@ -54,7 +54,7 @@ fn sign(
 }
 
 /// Warnings about an extension over the domain of (u, v).
-pub fn warnings(extension: &Extension, [along_u, along_v]: [[f64; 2]; 2]) -> Vec<String> {
+pub(super) fn warnings(extension: &Extension, [along_u, along_v]: [[f64; 2]; 2]) -> Vec<String> {
     let domain = [0, 1].map(|end| DVec2::new(along_u[end], along_v[end]));
     let mut warnings = Vec::new();
     for (number, region) in (1..).zip(extension.regions()) {

@@ -5,10 +5,10 @@
 
 use glam::{DMat3, DVec3};
 
-use super::choice::Choose;
-use super::expression::Expression;
-use super::jet::{Jet, Point, cross, unit};
-use super::number::Number;
+use crate::analytic::choice::Choose;
+use crate::analytic::expression::Expression;
+use crate::analytic::jet::{Jet, Point, cross, unit};
+use crate::analytic::number::Number;
 
 /// What extension functions do to a point.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +68,7 @@ pub struct Extension {
 }
 
 impl Extension {
-    /// Of regions; in operator mode the last is applied first.
+    /// A deformation by regions; in operator mode the last is applied first.
     ///
     /// # Panics
     /// If axes are not linearly independent or an index is below 2.

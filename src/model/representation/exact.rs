@@ -1,0 +1,16 @@
+//! The deformed shape itself, as trimmed Bézier patches and cells of formulas.
+
+use super::{Construction, Elements};
+use crate::analytic::CoverSettings;
+use crate::model::deformation::{Patches, PlacedShape};
+use crate::model::error::ModelError;
+
+/// All deformations, exactly.
+pub(super) fn construct(shape: &PlacedShape<'_>) -> Result<Construction, ModelError> {
+    let (steps, mut lattices) = shape.steps()?;
+    let made = shape.after(&steps, CoverSettings::default())?;
+    made.record_knot_boxes(&mut lattices);
+    let Patches { patches, subpolygons, times, .. } = made;
+    let elements = Elements::Patches(patches);
+    Ok(Construction { elements, subpolygons, steps, lattices, triangular: None, times })
+}
