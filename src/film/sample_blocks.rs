@@ -102,12 +102,13 @@ impl SampleBlocks {
 
     /// Takes the blocks of `other` in; `None`, and nothing is changed, if both have samples of one block.
     pub(super) fn merge(&mut self, other: Self) -> Option<()> {
-        let mut runs: Vec<Run> = self.runs.iter().chain(&other.runs).cloned().collect();
+        let mut runs: Vec<&Run> = self.runs.iter().chain(&other.runs).collect();
         runs.sort_by_key(|run| run.first);
         if runs.windows(2).any(|pair| pair[0].first + (pair[0].blocks - 1) >= pair[1].first) {
             return None;
         }
-        self.runs = runs;
+        self.runs.extend(other.runs);
+        self.runs.sort_by_key(|run| run.first);
         self.combine_pairs();
         Some(())
     }

@@ -1,5 +1,6 @@
 //! A scene's description to a scene ready to trace, on one page.
 
+use std::cell::LazyCell;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -7,12 +8,13 @@ use std::time::{Duration, Instant};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::film::{Picture, read_picture};
+use crate::math::bounds;
 use crate::model::{ObjectReport, ObjectTimes};
 use crate::patch::BuildTimes;
 use crate::shade::{
     CameraSettings, Light, LightSet, Material, MaterialError, PreparedMaterial, ShadingScene,
 };
-use crate::trace::TracedScene;
+use crate::trace::{TracedObject, TracedScene};
 
 use super::description::{LightDescription, ObjectDescription, SceneDescription};
 use super::diagnostic::{Diagnostic, SceneError};
@@ -91,8 +93,9 @@ impl SceneDescription {
         if !diagnostics.is_empty() {
             return Err(SceneError { diagnostics });
         }
-        let camera = self.camera.unwrap_or_else(|| framing_camera(&traced));
-        let light_settings = named_lights.unwrap_or_else(|| key_and_sky(&traced, &camera));
+        let box_around = LazyCell::new(|| bounds::around(traced.iter().flat_map(TracedObject::bounds)));
+        let camera = self.camera.unwrap_or_else(|| framing_camera(&traced, *box_around));
+        let light_settings = named_lights.unwrap_or_else(|| key_and_sky(*box_around, &camera));
         let lights = LightSet::try_new(&light_settings, &traced).map_err(|error| {
             let file = self.path.clone();
             SceneError { diagnostics: vec![Diagnostic { file, location: None, message: error.to_string() }] }

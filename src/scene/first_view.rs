@@ -4,9 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::math::bounds;
 use crate::model::farthest_reach;
-use crate::patch::TrimmedPatch;
 use crate::shade::{CameraSettings, FovAxis, Light, Projection};
 use crate::trace::TracedObject;
 
@@ -38,17 +36,17 @@ const KEY_RADIUS: f64 = 0.3;
 /// A camera whose picture the objects fill to 85 % of its shorter side, whatever the picture's size.
 ///
 /// A pyramid of that share of the field of view is moved until its four sides touch the objects from outside. That takes
-/// no more than how far these reach along the normals of the four planes, and is exact in perspective.
+/// no more than how far these reach along the normals of the four planes, and is exact in perspective. `[low, high]` is a box
+/// around the objects.
 ///
 /// # Panics
 /// If there are no objects.
-pub(super) fn framing_camera(objects: &[TracedObject]) -> CameraSettings {
+pub(super) fn framing_camera(objects: &[TracedObject], [low, high]: [DVec3; 2]) -> CameraSettings {
     let [right, up, backward] = {
         let backward = TOWARD_CAMERA.normalize();
         let right = DVec3::Z.cross(backward).normalize();
         [right, backward.cross(right), backward]
     };
-    let [low, high] = hull(objects);
     let (middle, size) = (0.5 * (low + high), (high - low).length().max(f64::MIN_POSITIVE));
     let slope = FILLED * libm::tan(0.5 * FOV.to_radians());
     let reach = |outward: DVec3| {
@@ -72,12 +70,8 @@ pub(super) fn framing_camera(objects: &[TracedObject]) -> CameraSettings {
 /// A soft key light from the camera's upper left, over a dimmer grey sky.
 ///
 /// The key light is a disk that faces the middle of the objects. It stands behind the camera's plane, so that it is never in
-/// the picture, and its light on the objects does not depend on its distance.
-///
-/// # Panics
-/// If there are no objects.
-pub(super) fn key_and_sky(objects: &[TracedObject], camera: &CameraSettings) -> Vec<Light> {
-    let [low, high] = hull(objects);
+/// the picture, and its light on the objects does not depend on its distance. `[low, high]` is a box around the objects.
+pub(super) fn key_and_sky([low, high]: [DVec3; 2], camera: &CameraSettings) -> Vec<Light> {
     let (middle, size) = (0.5 * (low + high), (high - low).length().max(f64::MIN_POSITIVE));
     let backward = (camera.origin - camera.target).normalize_or(DVec3::Z);
     let right =
@@ -98,12 +92,6 @@ pub(super) fn key_and_sky(objects: &[TracedObject], camera: &CameraSettings) -> 
             radiance: DVec3::splat(KEY / (PI * share)),
         },
     ]
-}
-
-/// Lowest and highest corner of a box around the objects; not the tightest.
-fn hull(objects: &[TracedObject]) -> [DVec3; 2] {
-    let patches = objects.iter().flat_map(|object| &object.patches);
-    bounds::around(patches.flat_map(TrimmedPatch::trimmed_bounds))
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! An object that rays are traced against, and the place on it that a ray hits.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
+use crate::math::bounds;
 use crate::patch::TrimmedPatch;
 
 use super::attributes::VertexAttributes;
@@ -15,6 +16,13 @@ pub struct TracedObject {
     pub patches: Vec<TrimmedPatch>,
     /// Its texture coordinates and normals for shading.
     pub attributes: Box<dyn VertexAttributes>,
+}
+
+impl TracedObject {
+    /// Lowest and highest corner of a box around its surface; not the tightest.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        bounds::around(self.patches.iter().flat_map(TrimmedPatch::trimmed_bounds))
+    }
 }
 
 /// A hit on a patch, before anything but its place is known.

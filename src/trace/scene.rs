@@ -67,18 +67,17 @@ impl TracedScene {
 
     /// Lowest and highest corner of a box around one object's surface; not the tightest.
     pub fn object_bounds(&self, object: usize) -> [DVec3; 2] {
-        bounds::around(self.objects[object].patches.iter().flat_map(TrimmedPatch::trimmed_bounds))
+        self.objects[object].bounds()
     }
 
     /// Lowest and highest corner of a box around all objects.
     pub fn bounds(&self) -> [DVec3; 2] {
-        bounds::around((0..self.objects.len()).flat_map(|object| self.object_bounds(object)))
+        bounds::around(self.objects.iter().flat_map(TracedObject::bounds))
     }
 
     /// How far off the parameters of a ray's hit may be, for rounding.
     pub fn st_error(&self, hit: &PatchHit, ray: &Ray) -> DVec2 {
-        let trimmed = &self.objects[hit.object as usize].patches[hit.patch as usize];
-        tolerance(trimmed, &self.space, hit.st, ray)
+        tolerance(self.trimmed(hit), &self.space, hit.st, ray)
     }
 
     /// Everything shading needs of a hit.
