@@ -66,6 +66,11 @@ pub struct Array {
 pub fn read_f64(path: &Path) -> Result<Array, ArrayError> {
     let bytes = fs::read(path).map_err(|source| ArrayError::Read { path: path.into(), source })?;
     let format = |reason: String| ArrayError::Format { path: path.into(), reason };
+    let promised = header_length(&bytes);
+    if promised > bytes.len() as u64 {
+        let length = bytes.len();
+        return Err(format(format!("it is to have a header of {promised} bytes, but the file has {length}")));
+    }
     let mut rest = bytes.as_slice();
     let file = NpyFile::new(&mut rest).map_err(|error| format(error.to_string()))?;
     let (dtype, order) = (file.dtype(), file.order());
@@ -96,6 +101,16 @@ pub fn read_f64(path: &Path) -> Result<Array, ArrayError> {
         values = to_c_order(&shape, &values);
     }
     Ok(Array { shape, values })
+}
+
+/// How long the file's header says that it is: the reader takes memory for it at once. 0 if that cannot be told.
+///
+/// Source: NEP 1: 6 bytes of a mark, 2 of the version, then 2 (version 1) or 4 with the length of what follows.
+fn header_length(bytes: &[u8]) -> u64 {
+    match bytes {
+        [_, _, _, _, _, _, 2 | 3, _, a, b, c, d, ..] => u64::from(u32::from_le_bytes([*a, *b, *c, *d])) + 12,
+        _ => 0,
+    }
 }
 
 fn to_c_order(shape: &[usize], values: &[f64]) -> Vec<f64> {
@@ -235,6 +250,10 @@ mod tests {
     fn refuses_what_is_not_an_array_of_doubles() {
         let (_folder, path) = write("a.npy", b"nonsense");
         assert!(matches!(read_f64(&path), Err(ArrayError::Format { .. })));
+        let long = b"\x93NUMPY\x02\x00\xf0\xff\xff\xff{}";
+        let (_folder, path) = write("a.npy", long);
+        let error = read_f64(&path).unwrap_err().to_string();
+        assert!(error.ends_with("to have a header of 4294967292 bytes, but the file has 14"), "{error}");
         let floats = header("{'descr': '<f4', 'fortran_order': False, 'shape': (1,), }\n");
         let (_folder, path) = write("a.npy", &floats);
         assert!(matches!(read_f64(&path), Err(ArrayError::Type { .. })));

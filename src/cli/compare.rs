@@ -11,7 +11,7 @@ use trimray::compare::{
     CompareError, CompareSettings, METRICS, Made, MethodFigures, SceneFigures, measure, needed,
 };
 use trimray::difference::{self, Comparison};
-use trimray::film::{LayeredPicture, encode_png, encode_raster, read_layers, write_exr};
+use trimray::film::{LayeredPicture, encode_png, encode_raster, read_layers_within, write_exr};
 use trimray::identity::PictureIdentity;
 use trimray::output::{OutputError, check_writable, write_whole};
 use trimray::render::RenderError;
@@ -20,7 +20,8 @@ use trimray::scene::{SceneDescription, parse_scene, parse_size, validate_film};
 
 use super::progress::spinner;
 use super::{
-    CliError, INTERRUPTED, check_interrupted, encoded, install, parse_tolerance, print_result, thread_count,
+    CliError, INTERRUPTED, PictureArgs, check_interrupted, encoded, install, parse_tolerance, print_result,
+    thread_count,
 };
 
 /// Pictures are no wider than this where no size is asked for, and have no more samples than that where no number is.
@@ -58,6 +59,8 @@ pub(super) struct CompareArgs {
     /// Where drags contradict each other, take the best compromise instead of stopping
     #[arg(long)]
     least_squares: bool,
+    #[command(flatten)]
+    pictures: PictureArgs,
     /// Print report.json to stdout too
     #[arg(long)]
     json: bool,
@@ -113,6 +116,7 @@ impl CompareArgs {
     fn scene(&self, path: &Path) -> Result<SceneDescription, CliError> {
         let mut scene = parse_scene(path)?;
         scene.least_squares = self.least_squares;
+        scene.pictures = self.pictures.limits();
         let [width, height] = scene.film.size;
         scene.film.crop = None;
         scene.film.size = self.size.unwrap_or_else(|| {
@@ -172,7 +176,7 @@ impl CompareArgs {
         let settings = PictureIdentity::new(made.scene, made.built);
         let header = settings.header(made.scene, made.camera);
         write_exr(&path, &made.result.image, &header)?;
-        read_layers(&path).map_err(|error| CliError::Failed(error.into()))
+        read_layers_within(&path, self.pictures.limits()).map_err(|error| CliError::Failed(error.into()))
     }
 }
 

@@ -16,10 +16,10 @@ use trimray::difference::{
     CompareError, CompareSettings, Comparison, Judge, LayerDifference, LayerRule, Metric, Mismatch, Status,
     Thresholds, compare, why,
 };
-use trimray::film::{LayeredPicture, read_layers};
+use trimray::film::{LayeredPicture, read_layers_within};
 use trimray::output::check_writable;
 
-use super::{CliError, check_ending, check_interrupted, print_result};
+use super::{CliError, PictureArgs, check_ending, check_interrupted, print_result};
 
 /// The exit codes of idiff, as its manual has them.
 const WARNED: u8 = 1;
@@ -136,6 +136,8 @@ pub(super) struct DiffArgs {
     /// The scene file, for the commands that render the worst pixels
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
+    #[command(flatten)]
+    pictures: PictureArgs,
     /// Say only that they differ
     #[arg(short, long)]
     quiet: bool,
@@ -206,7 +208,7 @@ fn compare_files(args: &DiffArgs) -> Result<ExitCode, CliError> {
     if !args.quiet && !args.json {
         print_result(&format!("Comparing \"{}\" and \"{}\"\n", paths[0].display(), paths[1].display()));
     }
-    let [reference, test] = match paths.map(read_layers) {
+    let [reference, test] = match paths.map(|path| read_layers_within(path, args.pictures.limits())) {
         [Ok(reference), Ok(test)] => [reference, test],
         failed => {
             for error in failed.into_iter().filter_map(Result::err) {

@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::{Args, Parser, Subcommand};
 use thiserror::Error;
 
-use trimray::film::FilmSettings;
+use trimray::film::{FilmSettings, PictureLimits};
 use trimray::output::OutputError;
 use trimray::scene::{BuiltScene, SceneDescription, SceneError, parse_scene};
 use trimray::shade::{Camera, CameraSettings};
@@ -69,6 +69,23 @@ struct SceneArgs {
     /// Where drags contradict each other, take the best compromise instead of stopping
     #[arg(long)]
     least_squares: bool,
+    #[command(flatten)]
+    pictures: PictureArgs,
+}
+
+/// What every command that reads pictures takes.
+#[derive(Clone, Copy, Debug, Args)]
+struct PictureArgs {
+    /// Most pixels that a picture which is read may have
+    #[arg(long, value_name = "N", default_value_t = PictureLimits::default().max_pixels,
+          value_parser = clap::value_parser!(u64).range(1..))]
+    max_pixels: u64,
+}
+
+impl PictureArgs {
+    const fn limits(self) -> PictureLimits {
+        PictureLimits { max_pixels: self.max_pixels }
+    }
 }
 
 /// Why a command did not do its work.
@@ -151,6 +168,7 @@ impl SceneArgs {
     fn parse(&self) -> Result<SceneDescription, CliError> {
         let mut scene = parse_scene(&self.scene)?;
         scene.least_squares = self.least_squares;
+        scene.pictures = self.pictures.limits();
         if let Some(method) = self.method {
             for object in &mut scene.objects {
                 object.method = method;

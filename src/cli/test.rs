@@ -18,7 +18,7 @@ use trimray::suggestion::did_you_mean;
 use self::outputs::Tested;
 use super::diff::threshold;
 use super::progress::spinner;
-use super::{CliError, INTERRUPTED, check_ending, install, print_result, thread_count};
+use super::{CliError, INTERRUPTED, PictureArgs, check_ending, install, print_result, thread_count};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -72,6 +72,8 @@ pub(super) struct TestArgs {
     /// Threads to work with [default: one for each processor]
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
+    #[command(flatten)]
+    pictures: PictureArgs,
     /// Tell only of failures
     #[arg(short, long)]
     quiet: bool,
@@ -138,7 +140,7 @@ impl TestArgs {
         control: &RenderControl<'_>,
     ) -> Result<ExitCode, CliError> {
         let judge = JudgeSettings { fail: self.fail, ztest: self.ztest };
-        let settings = TestSettings { seed: self.seed, judge };
+        let settings = TestSettings { seed: self.seed, judge, pictures: self.pictures.limits() };
         let warnings: Vec<_> = found.unused.iter().map(|path| unused(path)).collect();
         for warning in warnings.iter().filter(|_| !self.quiet) {
             eprintln!("trimray: {warning}");
@@ -164,7 +166,7 @@ impl TestArgs {
     }
 
     fn bless(&self, chosen: &[&SceneTest], control: &RenderControl<'_>) -> Result<ExitCode, CliError> {
-        let settings = BlessSettings { spp: self.spp, force: self.force };
+        let settings = BlessSettings { spp: self.spp, force: self.force, pictures: self.pictures.limits() };
         let bar = spinner(self.quiet);
         for test in chosen {
             bar.set_message(test.name.clone());

@@ -3,16 +3,19 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use exr::compression::Compression;
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer};
 use exr::math::Vec2;
+use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, Text};
-use exr::meta::header::{ImageAttributes, LayerAttributes};
+use exr::meta::header::{Header, ImageAttributes, LayerAttributes};
 use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
 use glam::{DMat3, DMat4, DVec3};
 
 use super::image::Image;
 use super::layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind};
 use super::picture::{Picture, PictureError};
+use super::picture_limits::{PictureLimits, check_promise};
 use crate::output::{OutputError, write_whole};
 
 /// What the file's header says of how the picture was made.
@@ -171,11 +174,66 @@ pub(super) fn is_exr(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
 }
 
+/// Whether the second word of the header, the version with its flags, says that there is deep data (OpenEXR File Layout).
+fn is_deep(bytes: &[u8]) -> bool {
+    bytes.get(5).is_some_and(|flags| flags & 0x08 != 0)
+}
+
+/// Refuses what the header says, before the decoder takes memory for it: deep data, luminance and chroma, too many pixels, or
+/// more of them than so short a file can hold.
+pub(super) fn check_header(path: &Path, bytes: &[u8], limits: PictureLimits) -> Result<(), PictureError> {
+    if is_deep(bytes) {
+        return Err(PictureError::Deep { path: path.into() });
+    }
+    let header = MetaData::read_from_buffered(Cursor::new(bytes), false);
+    let header = header.map_err(|error| PictureError::Decode {
+        path: path.into(),
+        format: "OpenEXR",
+        reason: error.to_string(),
+    })?;
+    for part in &header.headers {
+        let has = |name: &str| part.channels.list.iter().any(|channel| channel.name.eq(name));
+        if ["Y", "RY", "BY"].into_iter().all(has) {
+            return Err(PictureError::LuminanceChroma { path: path.into() });
+        }
+        let size = [part.layer_size.width() as u64, part.layer_size.height() as u64];
+        limits.check(path, size)?;
+        check_promise(path, "OpenEXR", size, least_bytes(part), bytes.len() as u64)?;
+    }
+    Ok(())
+}
+
+/// The least number of bytes that a part takes: its table of chunks, and its largest picture as tightly as its method packs.
+fn least_bytes(part: &Header) -> u64 {
+    // RLE repeats a byte 127 times at most; deflate reaches 1032, after PXR24 has left out a quarter; PIZ and B44 reach less;
+    // DWA keeps one of 64 values and deflates that
+    let ratio = match part.compression {
+        Compression::Uncompressed => 1,
+        Compression::RLE => 64,
+        Compression::DWAA(_) | Compression::DWAB(_) => 1 << 17,
+        _ => 2064,
+    };
+    let [width, height] = [part.layer_size.width() as u64, part.layer_size.height() as u64];
+    let samples = part.channels.list.iter().map(|channel| {
+        let [x, y] = [channel.sampling.x().max(1) as u64, channel.sampling.y().max(1) as u64];
+        (width / x).saturating_mul(height / y).saturating_mul(channel.sample_type.bytes_per_sample() as u64)
+    });
+    let pixels = samples.fold(0, u64::saturating_add);
+    // the offset of each chunk in the table, then in the chunk itself at least its place and its size
+    const CHUNK: u64 = 16;
+    (part.chunk_count as u64).saturating_mul(CHUNK).saturating_add(pixels / ratio)
+}
+
 /// Decodes the data window of an EXR file's first part: R, G and B, or Y for all three.
 ///
 /// Colours of other primaries are converted to Rec. 709, without adaptation to its white, as Mitsuba
 /// does.
-pub(super) fn decode_picture(path: &Path, bytes: &[u8]) -> Result<Picture, PictureError> {
+pub(super) fn decode_picture(
+    path: &Path,
+    bytes: &[u8],
+    limits: PictureLimits,
+) -> Result<Picture, PictureError> {
+    check_header(path, bytes, limits)?;
     let failed = |reason: String| PictureError::Decode { path: path.into(), format: "OpenEXR", reason };
     let image = exr::image::read::read()
         .no_deep_data()
@@ -245,7 +303,12 @@ fn numbers(samples: &FlatSamples) -> Vec<f32> {
 }
 
 /// Decodes all parts of an EXR file, with every channel as it is.
-pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredPicture, PictureError> {
+pub(super) fn decode_layers(
+    path: &Path,
+    bytes: &[u8],
+    limits: PictureLimits,
+) -> Result<LayeredPicture, PictureError> {
+    check_header(path, bytes, limits)?;
     let failed = |reason: String| PictureError::Decode { path: path.into(), format: "OpenEXR", reason };
     let image = exr::image::read::read()
         .no_deep_data()

@@ -4,11 +4,12 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageFormat, RgbImage, Rgba, RgbaImage};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, RgbImage, Rgba, RgbaImage};
 
 use super::image::Image;
 use super::layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind};
 use super::picture::{Picture, PictureError};
+use super::picture_limits::{PictureLimits, check_promise};
 use super::raster::{Raster, to_byte};
 use crate::output::{OutputError, write_whole};
 
@@ -69,8 +70,13 @@ fn to_srgb(linear: f32) -> u8 {
 }
 
 /// Decodes a PNG, JPEG or Radiance HDR file; sRGB becomes linear light unless `raw`.
-pub(super) fn decode_picture(path: &Path, bytes: &[u8], raw: bool) -> Result<Picture, PictureError> {
-    let (decoded, _) = decode(path, bytes)?;
+pub(super) fn decode_picture(
+    path: &Path,
+    bytes: &[u8],
+    raw: bool,
+    limits: PictureLimits,
+) -> Result<Picture, PictureError> {
+    let (decoded, _) = decode(path, bytes, limits)?;
     let size = [decoded.width(), decoded.height()];
     let to_light = |share: f64| to_f32(if raw { share } else { from_srgb(share) });
     let pixels = match decoded {
@@ -86,22 +92,76 @@ pub(super) fn decode_picture(path: &Path, bytes: &[u8], raw: bool) -> Result<Pic
 }
 
 /// The picture and the name of its format.
-fn decode(path: &Path, bytes: &[u8]) -> Result<(DynamicImage, &'static str), PictureError> {
+fn decode(
+    path: &Path,
+    bytes: &[u8],
+    limits: PictureLimits,
+) -> Result<(DynamicImage, &'static str), PictureError> {
+    let (decoder, name) = checked_decoder(path, bytes, limits)?;
+    let decoded = DynamicImage::from_decoder(decoder);
+    let decoded = decoded.map_err(|error| failed(path, name, &error))?;
+    Ok((decoded, name))
+}
+
+/// Refuses what the header says, before memory is taken for it.
+pub(super) fn check_header(path: &Path, bytes: &[u8], limits: PictureLimits) -> Result<(), PictureError> {
+    checked_decoder(path, bytes, limits).map(|_| ())
+}
+
+/// A decoder that has read the header, which does not ask for too much; and the name of the format.
+fn checked_decoder<'a>(
+    path: &Path,
+    bytes: &'a [u8],
+    limits: PictureLimits,
+) -> Result<(impl ImageDecoder + 'a, &'static str), PictureError> {
     let (format, name) = match image::guess_format(bytes) {
         Ok(format @ ImageFormat::Png) => (format, "PNG"),
         Ok(format @ ImageFormat::Jpeg) => (format, "JPEG"),
         Ok(format @ ImageFormat::Hdr) => (format, "Radiance HDR"),
         _ => return Err(PictureError::Format { path: path.into() }),
     };
-    let decoded = image::load_from_memory_with_format(bytes, format).map_err(|error| {
-        PictureError::Decode { path: path.into(), format: name, reason: error.to_string() }
-    })?;
-    Ok((decoded, name))
+    let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder();
+    let decoder = decoder.map_err(|error| failed(path, name, &error))?;
+    let (width, height) = decoder.dimensions();
+    let size = [u64::from(width), u64::from(height)];
+    limits.check(path, size)?;
+    check_promise(path, name, size, least_bytes(format, bytes, size), bytes.len() as u64)?;
+    Ok((decoder, name))
+}
+
+fn failed(path: &Path, format: &'static str, error: &image::ImageError) -> PictureError {
+    PictureError::Decode { path: path.into(), format, reason: error.to_string() }
+}
+
+/// The least number of bytes that a picture takes in a format.
+fn least_bytes(format: ImageFormat, bytes: &[u8], [width, height]: [u64; 2]) -> u64 {
+    let pixels = width.saturating_mul(height);
+    match format {
+        // deflate packs 1032 bytes into one at most; IHDR begins the file, with the bits of a number and the kind of colours
+        ImageFormat::Png => {
+            let bits = u64::from(bytes.get(24).copied().unwrap_or(1));
+            let channels = match bytes.get(25) {
+                Some(2) => 3,
+                Some(4) => 2,
+                Some(6) => 4,
+                _ => 1,
+            };
+            pixels.saturating_mul(bits * channels) / 8 / 1032
+        }
+        // at least one bit for each block of 8 x 8, which stands for up to 4 x 4 times as many pixels
+        ImageFormat::Jpeg => pixels / (64 * 16 * 8),
+        // at least one pixel for each row; a run of runs is of 256 times as many pixels
+        _ => (4 * height).max(pixels / (1 << 13)),
+    }
 }
 
 /// Decodes a PNG, JPEG or Radiance HDR file, with its numbers as they are.
-pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredPicture, PictureError> {
-    let (decoded, format) = decode(path, bytes)?;
+pub(super) fn decode_layers(
+    path: &Path,
+    bytes: &[u8],
+    limits: PictureLimits,
+) -> Result<LayeredPicture, PictureError> {
+    let (decoded, format) = decode(path, bytes, limits)?;
     let display = Area { x: 0, y: 0, width: decoded.width(), height: decoded.height() };
     let bytes =
         |raw: Vec<u8>| (SampleKind::Byte, raw.into_iter().map(|n| f32::from(n) / 255.0).collect::<Vec<_>>());

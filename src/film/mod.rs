@@ -13,6 +13,7 @@ mod layers;
 mod overlay;
 mod picture;
 mod picture_file;
+mod picture_limits;
 mod pixel_sums;
 mod raster;
 mod sample;
@@ -31,7 +32,10 @@ pub use image_file::{encode_png, encode_raster, write_png};
 pub use layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind};
 pub use overlay::Overlay;
 pub use picture::{Picture, PictureError};
-pub use picture_file::{read_layers, read_picture};
+pub use picture_file::{
+    check_picture_size, read_layers, read_layers_within, read_picture, read_picture_within,
+};
+pub use picture_limits::PictureLimits;
 pub use raster::Raster;
 pub use sample::{FirstHit, Sample, SurfaceIds};
 pub use settings::FilmSettings;

@@ -40,6 +40,32 @@ pub enum PictureError {
         /// What the decoder says.
         reason: String,
     },
+    /// The picture has more pixels than are allowed.
+    #[error("{}: has {}x{} pixels, more than the {max_pixels} that a picture may have; --max-pixels N allows more",
+            path.display(), size[0], size[1])]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its width and height.
+        size: [u64; 2],
+        /// The limit.
+        max_pixels: u64,
+    },
+    /// An EXR file with any number of samples in a pixel.
+    #[error("{}: is a deep OpenEXR picture, with any number of samples in a pixel; flatten it first", path.display())]
+    Deep {
+        /// The file.
+        path: PathBuf,
+    },
+    /// An EXR file with colours as luminance and chroma.
+    #[error(
+        "{}: is a luminance-chroma OpenEXR picture, with the channels Y, RY and BY; convert it to R, G and B first",
+        path.display()
+    )]
+    LuminanceChroma {
+        /// The file.
+        path: PathBuf,
+    },
     /// An EXR file without colours.
     #[error("{}: has the channels {found}; a picture needs R, G and B, or Y alone", path.display())]
     Channels {

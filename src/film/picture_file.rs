@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::layers::LayeredPicture;
 use super::picture::{Picture, PictureError};
+use super::picture_limits::PictureLimits;
 use super::{exr_file, image_file};
 
 /// Reads a picture: EXR (channels R, G, B, or Y), Radiance HDR, PNG or JPEG.
@@ -13,13 +14,34 @@ use super::{exr_file, image_file};
 /// EXR and HDR are linear already. Alpha is left out, and a grey picture has three equal colours.
 ///
 /// # Errors
-/// If the file cannot be read, or is not such a picture.
+/// If the file cannot be read, is not such a picture, or has more pixels than [`PictureLimits::default`] allows.
 pub fn read_picture(path: &Path, raw: bool) -> Result<Picture, PictureError> {
+    read_picture_within(path, raw, PictureLimits::default())
+}
+
+/// [`read_picture`] with other limits.
+///
+/// # Errors
+/// As [`read_picture`].
+pub fn read_picture_within(path: &Path, raw: bool, limits: PictureLimits) -> Result<Picture, PictureError> {
     let bytes = read_bytes(path)?;
     if exr_file::is_exr(&bytes) {
-        exr_file::decode_picture(path, &bytes)
+        exr_file::decode_picture(path, &bytes, limits)
     } else {
-        image_file::decode_picture(path, &bytes, raw)
+        image_file::decode_picture(path, &bytes, raw, limits)
+    }
+}
+
+/// Refuses a picture whose header asks for more than is allowed, or promises more than the file can hold.
+///
+/// # Errors
+/// As [`read_picture`], but of the header alone: the file may still turn out to be broken.
+pub fn check_picture_size(path: &Path, limits: PictureLimits) -> Result<(), PictureError> {
+    let bytes = read_bytes(path)?;
+    if exr_file::is_exr(&bytes) {
+        exr_file::check_header(path, &bytes, limits)
+    } else {
+        image_file::check_header(path, &bytes, limits)
     }
 }
 
@@ -30,13 +52,22 @@ pub fn read_picture(path: &Path, raw: bool) -> Result<Picture, PictureError> {
 /// is. No colour is converted.
 ///
 /// # Errors
-/// If the file cannot be read or is not such a picture, and for EXR files with deep data or subsampled channels.
+/// If the file cannot be read, is not such a picture, or has more pixels than [`PictureLimits::default`] allows; and for EXR
+/// files with deep data, luminance and chroma, or subsampled channels.
 pub fn read_layers(path: &Path) -> Result<LayeredPicture, PictureError> {
+    read_layers_within(path, PictureLimits::default())
+}
+
+/// [`read_layers`] with other limits.
+///
+/// # Errors
+/// As [`read_layers`].
+pub fn read_layers_within(path: &Path, limits: PictureLimits) -> Result<LayeredPicture, PictureError> {
     let bytes = read_bytes(path)?;
     if exr_file::is_exr(&bytes) {
-        exr_file::decode_layers(path, &bytes)
+        exr_file::decode_layers(path, &bytes, limits)
     } else {
-        image_file::decode_layers(path, &bytes)
+        image_file::decode_layers(path, &bytes, limits)
     }
 }
 

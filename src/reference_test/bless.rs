@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use super::folder::SceneTest;
 use super::picture::{MakeError, files_hash, make_picture};
-use crate::film::{Aov, read_layers, write_exr};
+use crate::film::{Aov, PictureLimits, read_layers_within, write_exr};
 use crate::output::{OutputError, check_writable};
 use crate::render::{RenderControl, RenderError};
 use crate::scene::parse_scene;
@@ -18,6 +18,8 @@ pub struct BlessSettings {
     pub spp: Option<u32>,
     /// Whether to replace a reference of another program too.
     pub force: bool,
+    /// Bounds on the pictures that are read.
+    pub pictures: PictureLimits,
 }
 
 /// Why a reference was not made.
@@ -73,7 +75,7 @@ pub fn bless(
 ) -> Result<u32, BlessError> {
     let path = &test.reference;
     if path.exists() && !settings.force {
-        let what = match read_layers(path) {
+        let what = match read_layers_within(path, settings.pictures) {
             Ok(picture) => match picture.recorded.software {
                 Some(software) if software.starts_with("trimray") => None,
                 Some(software) => Some(format!("a picture by {software}")),
@@ -87,6 +89,7 @@ pub fn bless(
     }
     check_writable(path)?;
     let mut scene = parse_scene(&test.scene).map_err(MakeError::from)?;
+    scene.pictures = settings.pictures;
     scene.render.spp = settings.spp.unwrap_or(scene.render.spp);
     if scene.render.spp < 2 {
         return Err(BlessError::Samples { name: test.name.clone() });

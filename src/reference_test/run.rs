@@ -6,7 +6,7 @@ use super::folder::SceneTest;
 use super::judge::{JudgeSettings, Judgement, is_estimate, judge};
 use super::picture::{MadePicture, MakeError, files_hash, make_picture};
 use crate::difference::{Judge, why};
-use crate::film::{Aov, LayeredPicture, read_layers};
+use crate::film::{Aov, LayeredPicture, PictureLimits, read_layers_within};
 use crate::render::{RenderControl, RenderError};
 use crate::scene::{SceneDescription, parse_scene};
 
@@ -20,11 +20,13 @@ pub struct TestSettings {
     pub seed: u64,
     /// By what pictures are judged.
     pub judge: JudgeSettings,
+    /// Bounds on the pictures that are read.
+    pub pictures: PictureLimits,
 }
 
 impl Default for TestSettings {
     fn default() -> Self {
-        Self { seed: SEED, judge: JudgeSettings::default() }
+        Self { seed: SEED, judge: JudgeSettings::default(), pictures: PictureLimits::default() }
     }
 }
 
@@ -89,7 +91,8 @@ fn run(
     result: &mut TestResult,
 ) -> Result<(), MakeError> {
     let mut scene = parse_scene(&test.scene)?;
-    let reference = match read_layers(&test.reference) {
+    scene.pictures = settings.pictures;
+    let reference = match read_layers_within(&test.reference, settings.pictures) {
         Ok(reference) => reference,
         Err(_) if !test.reference.exists() => {
             let (path, name) = (test.reference.display(), &test.name);

@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use crate::film::{Picture, read_picture};
+use crate::film::{Picture, PictureLimits, check_picture_size, read_picture_within};
 use crate::math::bounds;
 use crate::model::{ObjectReport, ObjectTimes};
 use crate::patch::BuildTimes;
 use crate::shade::{
-    CameraSettings, Light, LightSet, Material, MaterialError, PreparedMaterial, ShadingScene,
+    CameraSettings, Light, LightSet, Material, MaterialError, PreparedMaterial, ShadingScene, TextureSource,
 };
 use crate::trace::{TracedObject, TracedScene};
 
@@ -110,10 +110,20 @@ impl SceneDescription {
         Ok(BuiltScene { traced, objects, materials, lights, light_settings, camera, times })
     }
 
+    /// A material with its pictures, none of which is larger than allowed.
+    fn prepare_material(&self, material: &Material) -> Result<PreparedMaterial, MaterialError> {
+        for texture in material.textures() {
+            if let TextureSource::Bitmap(bitmap) = texture {
+                check_picture_size(&bitmap.path, self.pictures)?;
+            }
+        }
+        PreparedMaterial::try_new(material)
+    }
+
     /// The material of each object; pictures are read once for each material that the scene lists.
     fn prepare_materials(&self, diagnostics: &mut Vec<Diagnostic>) -> Vec<PreparedMaterial> {
         let prepared: Vec<Result<PreparedMaterial, MaterialError>> =
-            self.materials.par_iter().map(|named| PreparedMaterial::try_new(&named.material)).collect();
+            self.materials.par_iter().map(|named| self.prepare_material(&named.material)).collect();
         let mut materials = Vec::new();
         for (named, prepared) in self.materials.iter().zip(prepared) {
             match prepared {
@@ -143,21 +153,23 @@ fn read_lights(scene: &SceneDescription, diagnostics: &mut Vec<Diagnostic>) -> O
     for light in scene.lights.as_ref()? {
         match light.clone() {
             LightDescription::Complete(light) => lights.push(light),
-            LightDescription::Envmap { file, scale, to_world } => match read_envmap(&file.value) {
-                Ok(picture) => lights.push(Light::Envmap { picture: Arc::new(picture), scale, to_world }),
-                Err(message) => {
-                    let location = Some(file.location);
-                    diagnostics.push(Diagnostic { file: scene.path.clone(), location, message });
+            LightDescription::Envmap { file, scale, to_world } => {
+                match read_envmap(&file.value, scene.pictures) {
+                    Ok(picture) => lights.push(Light::Envmap { picture: Arc::new(picture), scale, to_world }),
+                    Err(message) => {
+                        let location = Some(file.location);
+                        diagnostics.push(Diagnostic { file: scene.path.clone(), location, message });
+                    }
                 }
-            },
+            }
         }
     }
     Some(lights)
 }
 
 /// The picture of an environment map.
-fn read_envmap(path: &Path) -> Result<Picture, String> {
-    let picture = read_picture(path, false).map_err(|error| format!("file {error}"))?;
+fn read_envmap(path: &Path, limits: PictureLimits) -> Result<Picture, String> {
+    let picture = read_picture_within(path, false, limits).map_err(|error| format!("file {error}"))?;
     let broken = picture.pixels.iter().position(|pixel| !pixel.iter().all(|value| value.is_finite()));
     match broken {
         None => Ok(picture),

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::diagnostic::{Located, Location};
 use super::names::Choice;
-use crate::film::FilmSettings;
+use crate::film::{FilmSettings, PictureLimits};
 use crate::model::{Deformer, DragUsing, Edit, Lattice, Representation};
 use crate::shade::{CameraSettings, Light, Material, RenderSettings};
 use crate::spline::{Axis, SignedAxis};
@@ -32,6 +32,8 @@ pub struct SceneDescription {
     pub objects: Vec<ObjectDescription>,
     /// Whether drags that contradict each other are met as nearly as possible instead of being an error.
     pub least_squares: bool,
+    /// Bounds on the pictures of textures and environment maps.
+    pub pictures: PictureLimits,
 }
 
 impl SceneDescription {

@@ -16,6 +16,8 @@ use std::path::Path;
 
 use toml::de::DeTable;
 
+use crate::film::PictureLimits;
+
 use super::description::SceneDescription;
 use super::diagnostic::SceneError;
 use super::names::quoted;
@@ -161,5 +163,6 @@ fn read_scene(mut root: Table<'_>, path: &Path) -> Option<SceneDescription> {
         lights,
         objects,
         least_squares: false,
+        pictures: PictureLimits::default(),
     })
 }

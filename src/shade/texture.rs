@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use glam::{DAffine2, DVec2, DVec3};
 
 use super::bsdf::luminance;
-use crate::film::{Picture, PictureError, read_picture};
+use crate::film::{Picture, PictureError, PictureLimits, read_picture_within};
 
 /// A colour or number as the scene file gives it; linear RGB, or three times the same number.
 #[derive(Clone, Debug, PartialEq)]
@@ -139,7 +139,8 @@ impl Texture {
         Ok(match source {
             TextureSource::Uniform(colour) => Self::Uniform(*colour),
             TextureSource::Bitmap(source) => {
-                let picture = read_picture(&source.path, source.raw)?;
+                // how large it may be is for the scene to say
+                let picture = read_picture_within(&source.path, source.raw, PictureLimits::NONE)?;
                 Self::Bitmap(Bitmap::new(picture, source))
             }
             TextureSource::Checkerboard(board) => Self::Checkerboard(*board),

@@ -1,0 +1,53 @@
+//! What a picture may ask for before memory is taken for it.
+
+use std::path::Path;
+
+use super::picture::PictureError;
+
+/// Bounds on the pictures that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PictureLimits {
+    /// Most pixels of one picture (of an EXR file: of one part), columns times rows.
+    pub max_pixels: u64,
+}
+
+impl Default for PictureLimits {
+    /// 2^30 pixels: 32768 x 32768.
+    fn default() -> Self {
+        Self { max_pixels: 1 << 30 }
+    }
+}
+
+impl PictureLimits {
+    /// Any number of pixels.
+    pub const NONE: Self = Self { max_pixels: u64::MAX };
+
+    /// Refuses pictures of more pixels than are allowed.
+    pub(super) fn check(self, path: &Path, size: [u64; 2]) -> Result<(), PictureError> {
+        let pixels = size[0].checked_mul(size[1]);
+        match pixels.is_some_and(|pixels| pixels <= self.max_pixels) {
+            true => Ok(()),
+            false => Err(PictureError::TooLarge { path: path.into(), size, max_pixels: self.max_pixels }),
+        }
+    }
+}
+
+/// Refuses a file shorter than the pixels that its header promises can be packed into.
+///
+/// `needed` is the least number of bytes that so many pixels take, saturated; `length` is the file's.
+pub(super) fn check_promise(
+    path: &Path,
+    format: &'static str,
+    size: [u64; 2],
+    needed: u64,
+    length: u64,
+) -> Result<(), PictureError> {
+    if needed <= length {
+        return Ok(());
+    }
+    let [width, height] = size;
+    let reason = format!(
+        "its header promises {width}x{height} pixels, which take at least {needed} bytes; the file has {length}"
+    );
+    Err(PictureError::Decode { path: path.into(), format, reason })
+}

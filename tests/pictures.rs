@@ -1,0 +1,148 @@
+//! Pictures that the real program must refuse by name, at once, whatever their headers ask for.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::io::Cursor;
+use std::process::Command;
+
+use common::{Run, SCENE, TestFolder};
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, IntegerBounds, Layer, LayerAttributes,
+    WritableImage,
+};
+use image::{ImageFormat, RgbImage};
+
+/// An EXR file of 4 x 4 pixels with these channels, uncompressed or deflated.
+fn exr(channels: &[&str], encoding: Encoding) -> Vec<u8> {
+    let list = channels.iter().map(|name| AnyChannel::new(*name, FlatSamples::F32(vec![0.5; 16])));
+    let layer = Layer::new((4, 4), LayerAttributes::default(), encoding, AnyChannels::sort(list.collect()));
+    let attributes = ImageAttributes::new(IntegerBounds::from_dimensions((4, 4)));
+    let mut file = Cursor::new(Vec::new());
+    exr::image::Image::new(attributes, layer).write().to_buffered(&mut file).unwrap();
+    file.into_inner()
+}
+
+/// The file with another last column and row in its data window.
+fn with_window(mut file: Vec<u8>, last: [i32; 2]) -> Vec<u8> {
+    let name = b"dataWindow\0box2i\0";
+    let at = file.windows(name.len()).position(|bytes| bytes == name).unwrap() + name.len() + 4 + 8;
+    file[at..at + 4].copy_from_slice(&last[0].to_le_bytes());
+    file[at + 4..at + 8].copy_from_slice(&last[1].to_le_bytes());
+    file
+}
+
+fn encoded(format: ImageFormat) -> Vec<u8> {
+    let mut file = Cursor::new(Vec::new());
+    RgbImage::new(4, 4).write_to(&mut file, format).unwrap();
+    file.into_inner()
+}
+
+/// The checksum of PNG's chunks (ISO 3309).
+fn crc(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc: u32, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 & 0_u32.wrapping_sub(crc & 1)))
+    })
+}
+
+fn png_of(width: u32, height: u32) -> Vec<u8> {
+    let mut file = encoded(ImageFormat::Png);
+    file[16..20].copy_from_slice(&width.to_be_bytes());
+    file[20..24].copy_from_slice(&height.to_be_bytes());
+    let sum = crc(&file[12..29]).to_be_bytes();
+    file[29..33].copy_from_slice(&sum);
+    file
+}
+
+fn jpeg_of(width: u16, height: u16) -> Vec<u8> {
+    let mut file = encoded(ImageFormat::Jpeg);
+    let frame = file.windows(2).position(|mark| mark == [0xff, 0xc0]).unwrap();
+    file[frame + 5..frame + 7].copy_from_slice(&height.to_be_bytes());
+    file[frame + 7..frame + 9].copy_from_slice(&width.to_be_bytes());
+    file
+}
+
+/// Runs the program with at most 1 GiB of address space and 20 s of processor time.
+fn bounded(at: &TestFolder, arguments: &[&str]) -> Run {
+    let program = env!("CARGO_BIN_EXE_trimray");
+    let mut command = Command::new("sh");
+    command.args(["-c", "ulimit -v 1048576 -t 20; exec \"$@\"", "sh", program]).args(arguments);
+    let run = Run::of(command.current_dir(at.path("")).output().unwrap());
+    assert!(!run.stderr.contains("panicked"), "{run:?}");
+    run
+}
+
+#[test]
+fn headers_that_promise_more_than_the_file_holds() {
+    let at = TestFolder::new();
+    let plain = exr(&["B", "G", "R"], Encoding::UNCOMPRESSED);
+    let cases = [
+        ("plain.exr", with_window(plain, [19_999, 19_999])),
+        ("deflated.exr", with_window(exr(&["B", "G", "R"], Encoding::SMALL_LOSSLESS), [29_999, 19_999])),
+        ("rows.exr", with_window(exr(&["B", "G", "R"], Encoding::SMALL_LOSSLESS), [3, 99_999_999])),
+        ("tiles.exr", with_window(exr(&["B", "G", "R"], Encoding::FAST_LOSSLESS), [9_999, 99_999])),
+        ("a.png", png_of(30_000, 30_000)),
+        ("a.jpg", jpeg_of(30_000, 30_000)),
+        ("wide.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 200000000\n\x01\x02\x03\x04".to_vec()),
+        ("high.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 200000000 +X 4\n\x01\x02\x03\x04".to_vec()),
+    ];
+    at.write("good.exr", exr(&["B", "G", "R"], Encoding::UNCOMPRESSED));
+    for (name, bytes) in cases {
+        at.write(name, bytes);
+        let run = bounded(&at, &["diff", "good.exr", name]);
+        assert_eq!(run.code, 4, "{name}: {run:?}");
+        assert!(run.stderr.contains(name) && run.stderr.contains("its header promises"), "{run:?}");
+        let material = format!(
+            "[[material]]\nname = \"m\"\ntype = \"diffuse\"\nreflectance = {{ texture = \"{name}\" }}\n{}",
+            SCENE.replace("cube.obj\"", "cube.obj\"\nmaterial = \"m\"")
+        );
+        at.write("scene.toml", material);
+        let run = bounded(&at, &["info", "scene.toml", "--threads", "1"]);
+        assert_eq!(run.code, 2, "{name}: {run:?}");
+        assert!(run.stderr.contains(name) && run.stderr.contains("its header promises"), "{run:?}");
+    }
+}
+
+#[test]
+fn pictures_beyond_the_limit_are_refused_by_name() {
+    let at = TestFolder::new();
+    at.write("a.exr", exr(&["B", "G", "R"], Encoding::UNCOMPRESSED));
+    at.write("a.png", encoded(ImageFormat::Png));
+    assert_eq!(bounded(&at, &["diff", "a.exr", "a.exr", "--max-pixels", "16"]).code, 0);
+    for name in ["a.exr", "a.png"] {
+        let run = bounded(&at, &["diff", name, name, "--max-pixels", "15"]);
+        assert_eq!(run.code, 4, "{run:?}");
+        let message = format!(
+            "{name}: has 4x4 pixels, more than the 15 that a picture may have; --max-pixels N allows"
+        );
+        assert!(run.stderr.contains(&message), "{run:?}");
+        let sky = format!("[[light]]\ntype = \"envmap\"\nfile = \"{name}\"\n{SCENE}");
+        at.write("sky.toml", sky);
+        let run = at.refuse(&["info", "sky.toml", "--max-pixels", "15"], &[&message]);
+        assert!(run.stderr.contains("sky.toml:3:"), "{run:?}");
+        at.succeed(&["info", "sky.toml", "--max-pixels", "16"]);
+    }
+    // the default, 2^30, is beyond what any file of the test could hold
+    let huge = with_window(exr(&["B", "G", "R"], Encoding::UNCOMPRESSED), [32_768, 32_767]);
+    at.write("huge.exr", huge);
+    let run = bounded(&at, &["diff", "a.exr", "huge.exr"]);
+    assert!(run.code == 4 && run.stderr.contains("32769x32768 pixels, more than the 1073741824"), "{run:?}");
+}
+
+#[test]
+fn kinds_of_exr_that_are_not_read_are_named() {
+    let at = TestFolder::new();
+    at.write("chroma.exr", exr(&["BY", "RY", "Y"], Encoding::UNCOMPRESSED));
+    let mut deep = exr(&["Z"], Encoding::UNCOMPRESSED);
+    deep[5] |= 0x08;
+    at.write("deep.exr", deep);
+    for (name, says) in
+        [("chroma.exr", "is a luminance-chroma OpenEXR picture"), ("deep.exr", "is a deep OpenEXR picture")]
+    {
+        let run = bounded(&at, &["diff", name, name]);
+        assert!(run.code == 4 && run.stderr.contains(&format!("{name}: {says}")), "{run:?}");
+        at.write("sky.toml", format!("[[light]]\ntype = \"envmap\"\nfile = \"{name}\"\n{SCENE}"));
+        at.refuse(&["info", "sky.toml"], &[name, says]);
+    }
+}
