@@ -44,6 +44,35 @@ fn missing_and_unusable_meshes() {
 }
 
 #[test]
+fn what_of_a_mesh_is_not_used_is_told_and_refuses_nothing() {
+    let at = TestFolder::new();
+    let mut mesh = b"o W\xfcrfel\r".to_vec();
+    let cube =
+        CUBE.replace("v 0 0 0", "v 0 0 0 0.5").replace('\n', "\r").replace("f 1 3 4", "f 1//1 3//2 4/7/1");
+    mesh.extend(cube.bytes().chain("vn 0 nan 0\rv inf 1\rf 1 2#short\r\0".bytes()));
+    at.write("cube.obj", mesh);
+    let notes = [
+        "1 face with fewer than 3 corners",
+        "1 vertex used by no face",
+        "1 vertex with a fourth coordinate, not used",
+        "1 statement not readable, used by no face",
+        "1 normal not finite, left out",
+        "1 corner naming a texture coordinate that is not there",
+        "1 corner naming a normal that is not there",
+        "1 byte not UTF-8, in names or comments",
+        "1 zero byte at the end, left out",
+    ];
+    let info = at.succeed(&["info", "scene.toml"]);
+    let export = at.succeed(&["export", "scene.toml", "-o", "x.json"]);
+    for note in notes {
+        assert!(info.stdout.contains(note), "{note}: {}", info.stdout);
+        assert!(export.stderr.contains(&format!("cube.obj: {note}")), "{note}: {}", export.stderr);
+    }
+    at.write("cube.obj", "ply\nformat ascii 1.0\nelement vertex 3\n");
+    at.refuse(&["info", "scene.toml"], &["cube.obj: is a PLY file, not an OBJ file"]);
+}
+
+#[test]
 fn faces_of_no_area_are_reported_skipped_and_counted() {
     let at = TestFolder::new();
     at.write("cube.obj", format!("{CUBE}f 1 2 2\nf 1 2 1\n"));

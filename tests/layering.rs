@@ -45,14 +45,13 @@ const CIRCLES: [(&str, &str); 6] = [
 ];
 
 /// Crates and the only files that may name them.
-const BEHIND_ONE_FILE: [(&str, &str); 10] = [
+const BEHIND_ONE_FILE: [(&str, &str); 9] = [
     ("obvhs", "src/trace/bvh.rs"),
     ("exr", "src/film/exr_file.rs"),
     ("image", "src/film/image_file.rs"),
     ("png", "src/film/animated_png.rs"),
     ("base64", "src/report/pictures.rs"),
     ("plotters", "src/report/plot.rs"),
-    ("tobj", "src/mesh/obj.rs"),
     ("npyz", "src/arrays.rs"),
     ("quick_xml", "src/export/xml.rs"),
     ("winnow", "src/analytic/expression.rs"),

@@ -6,7 +6,10 @@
 
 mod notes;
 mod obj;
+mod obj_fault;
 mod obj_scan;
+mod obj_words;
+mod other_format;
 mod polygon_mesh;
 mod polygon_set;
 mod prepare;
@@ -16,9 +19,9 @@ use std::path::Path;
 
 use thiserror::Error;
 
-pub use notes::MeshNotes;
+pub use notes::{FileNotes, MeshNotes};
 pub use obj::{ObjError, load_obj};
-pub use obj_scan::{FaultKind, IndexKind, ObjFault};
+pub use obj_fault::{FaultKind, ObjFault};
 pub use polygon_mesh::{Corner, Face, MeshError, MeshParts, PolygonMesh};
 pub use polygon_set::{Polygon, PolygonSet};
 pub use prepare::{MeshTolerances, prepare_polygons};

@@ -19,12 +19,6 @@ pub struct MeshNotes {
     pub positions: usize,
     /// Positions that no face uses; they are left out.
     pub unused_positions: usize,
-    /// Positions divided by a fourth coordinate other than 1.
-    pub weighted_positions: usize,
-    /// Positions with a colour, which is not used.
-    pub coloured_positions: usize,
-    /// Statements of the file that mean nothing to a polygon mesh, by keyword in alphabetical order.
-    pub ignored_statements: Vec<(String, usize)>,
     /// Polygons made of the faces.
     pub polygons: usize,
     /// Faces of no area (all vertices on a line, or fewer than three distinct ones), skipped; in ascending order.
@@ -37,19 +31,56 @@ pub struct MeshNotes {
     pub triangulated_nonplanar: usize,
     /// Faces whose outline crosses itself, cut into a fan of triangles; in ascending order.
     pub self_intersecting_faces: Vec<u32>,
+    /// What of the file is not used.
+    pub file: FileNotes,
+}
+
+/// What of a mesh file is not used, or could not be, and how often.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FileNotes {
+    /// Positions with a fourth coordinate other than 1.
+    pub weighted_positions: usize,
+    /// Positions with a colour.
+    pub coloured_positions: usize,
+    /// Positions, texture coordinates and normals with more values than they have a use for.
+    pub surplus_values: usize,
+    /// Positions, texture coordinates and normals that cannot be read and that no face uses.
+    pub unreadable_unused: usize,
+    /// Texture coordinates that are not finite; corners that name them have none.
+    pub non_finite_uvs: usize,
+    /// Normals that are not finite; corners that name them have none.
+    pub non_finite_normals: usize,
+    /// Corners that name texture coordinates which are not there.
+    pub absent_uvs: usize,
+    /// Corners that name normals which are not there.
+    pub absent_normals: usize,
+    /// Faces of one or two corners.
+    pub short_faces: usize,
+    /// Bytes that are not UTF-8, in names or comments.
+    pub foreign_bytes: usize,
+    /// Zero bytes at the end.
+    pub trailing_zeros: usize,
+    /// Statements that mean nothing to a polygon mesh, by keyword in alphabetical order.
+    pub ignored_statements: Vec<(String, usize)>,
+}
+
+impl FileNotes {
+    /// Counts texture coordinates, or else a normal, that are not finite.
+    pub(super) fn count_non_finite(&mut self, is_uv: bool) {
+        *(if is_uv { &mut self.non_finite_uvs } else { &mut self.non_finite_normals }) += 1;
+    }
+
+    /// Counts a corner without the texture coordinates, or else the normal, that it names.
+    pub(super) fn count_absent(&mut self, is_uv: bool) {
+        *(if is_uv { &mut self.absent_uvs } else { &mut self.absent_normals }) += 1;
+    }
 }
 
 impl MeshNotes {
     /// Notes of the file (`self`) together with notes of its polygons (`prepared`).
     #[must_use]
     pub fn merged(self, prepared: Self) -> Self {
-        Self {
-            unused_positions: self.unused_positions,
-            weighted_positions: self.weighted_positions,
-            coloured_positions: self.coloured_positions,
-            ignored_statements: self.ignored_statements,
-            ..prepared
-        }
+        Self { unused_positions: self.unused_positions, file: self.file, ..prepared }
     }
 
     /// How many faces have an outline that crosses itself.
@@ -81,14 +112,31 @@ impl fmt::Display for MeshNotes {
             (self.triangulated_concave, "face", "concave, triangulated"),
             (self.repeated_corners, "corner", "the same as the one before, dropped"),
             (self.unused_positions, "vertex", "used by no face"),
-            (self.weighted_positions, "vertex", "divided by a fourth coordinate"),
-            (self.coloured_positions, "vertex", "with a colour, not used"),
         ];
-        for (count, noun, what) in counts {
-            if count > 0 {
-                write!(f, "\n{} {what}", counted(count, noun))?;
-            }
-        }
+        write_counts(f, &counts)?;
+        self.file.fmt(f)
+    }
+}
+
+/// A line for each count that is not zero, each line begun by a line break.
+impl fmt::Display for FileNotes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_counts(
+            f,
+            &[
+                (self.weighted_positions, "vertex", "with a fourth coordinate, not used"),
+                (self.coloured_positions, "vertex", "with a colour, not used"),
+                (self.surplus_values, "statement", "with more values than are used"),
+                (self.unreadable_unused, "statement", "not readable, used by no face"),
+                (self.non_finite_uvs, "texture coordinate", "not finite, left out"),
+                (self.non_finite_normals, "normal", "not finite, left out"),
+                (self.absent_uvs, "corner", "naming a texture coordinate that is not there"),
+                (self.absent_normals, "corner", "naming a normal that is not there"),
+                (self.short_faces, "face", "with fewer than 3 corners"),
+                (self.foreign_bytes, "byte", "not UTF-8, in names or comments"),
+                (self.trailing_zeros, "zero byte", "at the end, left out"),
+            ],
+        )?;
         if !self.ignored_statements.is_empty() {
             f.write_str("\nstatements ignored:")?;
             for (i, (keyword, count)) in self.ignored_statements.iter().enumerate() {
@@ -97,6 +145,16 @@ impl fmt::Display for MeshNotes {
         }
         Ok(())
     }
+}
+
+/// A line for each count that is not zero: the count, what is counted, and what is said of it.
+fn write_counts(f: &mut fmt::Formatter<'_>, counts: &[(usize, &str, &str)]) -> fmt::Result {
+    for &(count, noun, what) in counts {
+        if count > 0 {
+            write!(f, "\n{} {what}", counted(count, noun))?;
+        }
+    }
+    Ok(())
 }
 
 /// "1 face", "2 faces", "2 vertices".
@@ -130,10 +188,15 @@ mod tests {
             triangles: 24,
             positions: 14,
             unused_positions: 1,
-            ignored_statements: vec![("curv".into(), 2), ("vp".into(), 9)],
             degenerate_faces: (0..11).collect(),
             triangulated_concave: 1,
             self_intersecting_faces: vec![5],
+            file: FileNotes {
+                absent_uvs: 4,
+                short_faces: 1,
+                ignored_statements: vec![("curv".into(), 2), ("vp".into(), 9)],
+                ..FileNotes::default()
+            },
             ..MeshNotes::default()
         };
         assert_eq!(
@@ -143,15 +206,18 @@ mod tests {
              self-intersecting, cut into fans of triangles: 1 face (5)\n\
              1 face concave, triangulated\n\
              1 vertex used by no face\n\
+             4 corners naming a texture coordinate that is not there\n\
+             1 face with fewer than 3 corners\n\
              statements ignored: 2 × curv, 9 × vp"
         );
     }
 
     #[test]
     fn merging_keeps_what_only_the_file_knows() {
-        let file = MeshNotes { coloured_positions: 3, ..MeshNotes::default() };
+        let file = FileNotes { coloured_positions: 3, ..FileNotes::default() };
+        let read = MeshNotes { file, ..MeshNotes::default() };
         let prepared = MeshNotes { polygons: 5, ..MeshNotes::default() };
-        let both = file.merged(prepared);
-        assert_eq!((both.coloured_positions, both.polygons), (3, 5));
+        let both = read.merged(prepared);
+        assert_eq!((both.file.coloured_positions, both.polygons), (3, 5));
     }
 }

@@ -1,14 +1,16 @@
 //! OBJ files.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::{fmt, fs, io};
 
-use glam::{DVec2, DVec3};
 use thiserror::Error;
 
-use super::obj_scan::{ObjFault, Scan, scan};
-use super::polygon_mesh::{Corner, MeshError, MeshParts};
-use super::{FileFaults, MeshNotes, PolygonMesh};
+use super::obj_fault::ObjFault;
+use super::obj_scan::scan;
+use super::other_format::other_format;
+use super::polygon_mesh::MeshError;
+use super::{FileFaults, FileNotes, MeshNotes, PolygonMesh};
 
 /// Why an OBJ file cannot be used. Each message starts with the file's path.
 #[derive(Debug, Error)]
@@ -27,7 +29,7 @@ pub enum ObjError {
         /// The folder.
         path: PathBuf,
     },
-    /// The file has bytes that are not text.
+    /// The file is not text at all.
     #[error("{}:{line}:{column}: not text in UTF-8 ({found}); an OBJ file is plain text", path.display())]
     NotText {
         /// The file.
@@ -38,6 +40,14 @@ pub enum ObjError {
         column: usize,
         /// What it looks like instead.
         found: &'static str,
+    },
+    /// The file is of another format.
+    #[error("{}: is {format}, not an OBJ file", path.display())]
+    OtherFormat {
+        /// The file.
+        path: PathBuf,
+        /// What it is, with its article.
+        format: &'static str,
     },
     /// The file is empty, or only vertices, lines and points are in it.
     #[error("{}: has no faces ({positions} vertices); at least one `f` statement is needed", path.display())]
@@ -64,14 +74,6 @@ pub enum ObjError {
         path: PathBuf,
         /// What does not fit.
         source: MeshError,
-    },
-    /// The loader does not agree with the check before it; this is a bug of trimray.
-    #[error("{}: the loader disagrees with the check before it: {what}", path.display())]
-    Loader {
-        /// The file.
-        path: PathBuf,
-        /// Where they differ.
-        what: String,
     },
 }
 
@@ -109,9 +111,13 @@ impl fmt::Display for FaultList<'_> {
 ///
 /// Faces keep the order of their `f` statements and their corners; positions, texture coordinates and normals are those
 /// that a face refers to, in the order of the first reference. Negative indices, faces of any number of corners, mixed
-/// forms of corners, continued lines (`\`), a fourth coordinate (it divides the others) and vertex colours (not used) are
-/// understood; materials, smoothing groups, curves and surfaces are left out, the last two counted in the notes.
+/// forms of corners, continued lines (`\`), lines that end with CR alone and comments right behind a word are understood.
 /// A face's object is named by the last `o` or `g` before it.
+///
+/// What is not used cannot make a file illegal; it is counted in the notes: a fourth coordinate, colours, statements that
+/// no face refers to, curves and surfaces, bytes that are not UTF-8. Corners whose texture coordinates or normals are not
+/// there or not finite have none. Faces of one or two corners keep their number and have no area. Materials and smoothing
+/// groups are left out.
 ///
 /// # Errors
 /// See [`ObjError`]; all faults of a file come at once.
@@ -127,29 +133,41 @@ pub fn load_obj(path: impl AsRef<Path>) -> Result<(PolygonMesh, MeshNotes), ObjE
 
 /// [`load_obj`] of a file's content; `path` is for messages only.
 fn parse_obj(path: &Path, bytes: &[u8]) -> Result<(PolygonMesh, MeshNotes), ObjError> {
-    let text = text_of(path, bytes)?;
-    let scan = scan(text).map_err(|faults| ObjError::Faults {
+    parse_text(path, bytes).map_err(|error| match other_format(bytes) {
+        Some(format) => ObjError::OtherFormat { path: path.to_owned(), format },
+        None => error,
+    })
+}
+
+fn parse_text(path: &Path, bytes: &[u8]) -> Result<(PolygonMesh, MeshNotes), ObjError> {
+    let (text, of_bytes) = text_of(path, bytes)?;
+    let scan = scan(&text).map_err(|faults| ObjError::Faults {
         path: path.to_owned(),
         faults: faults.listed,
         more: faults.more,
     })?;
-    if scan.arities.is_empty() {
+    if scan.parts.arities.is_empty() {
         return Err(ObjError::NoFaces { path: path.to_owned(), positions: scan.positions });
     }
-    let loaded = load_plain(&scan).map_err(|what| ObjError::Loader { path: path.to_owned(), what })?;
-    let mut notes = scan.notes;
-    let parts = parts_of(loaded, scan.arities, scan.face_objects, scan.object_names);
-    let mesh =
-        PolygonMesh::try_new(parts).map_err(|source| ObjError::Mesh { path: path.to_owned(), source })?;
-    notes.faces = mesh.face_count();
-    notes.triangles = mesh.triangle_count();
-    notes.positions = mesh.positions().len();
-    notes.unused_positions = scan.positions - mesh.positions().len();
+    let mesh = PolygonMesh::try_new(scan.parts)
+        .map_err(|source| ObjError::Mesh { path: path.to_owned(), source })?;
+    let notes = MeshNotes {
+        faces: mesh.face_count(),
+        triangles: mesh.triangle_count(),
+        positions: mesh.positions().len(),
+        unused_positions: scan.positions - mesh.positions().len(),
+        file: FileNotes {
+            foreign_bytes: of_bytes.foreign_bytes,
+            trailing_zeros: of_bytes.trailing_zeros,
+            ..scan.notes
+        },
+        ..MeshNotes::default()
+    };
     Ok((mesh, notes))
 }
 
-/// The bytes as text without byte order mark, or where they stop being text.
-fn text_of<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, ObjError> {
+/// The bytes as text without byte order mark and without zeros at the end, or where they are no text.
+fn text_of<'a>(path: &Path, bytes: &'a [u8]) -> Result<(Cow<'a, str>, FileNotes), ObjError> {
     let not_text = |before: &[u8], found| ObjError::NotText {
         path: path.to_owned(),
         line: before.iter().filter(|&&byte| byte == b'\n').count() + 1,
@@ -162,84 +180,18 @@ fn text_of<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, ObjError> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return Err(not_text(&[], "it looks like UTF-16"));
     }
-    if let Some(zero) = bytes.iter().position(|&byte| byte == 0) {
-        return Err(not_text(&bytes[..zero], "it looks like a binary file"));
+    let end = bytes.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
+    let (text, zeros) = bytes.split_at(end);
+    if let Some(zero) = text.iter().position(|&byte| byte == 0) {
+        return Err(not_text(&text[..zero], "it looks like a binary file"));
     }
-    match std::str::from_utf8(bytes) {
-        Ok(text) => Ok(text.strip_prefix('\u{feff}').unwrap_or(text)),
-        Err(error) => Err(not_text(&bytes[..error.valid_up_to()], "a byte that is not UTF-8")),
-    }
-}
-
-/// Loads the rewritten file and checks the loader's result against the scan.
-fn load_plain(scan: &Scan) -> Result<tobj::Mesh, String> {
-    let options =
-        tobj::LoadOptions { ignore_points: true, ignore_lines: true, ..tobj::LoadOptions::default() };
-    // never called: the rewritten file names no materials
-    let no_materials = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
-    let (models, _) = tobj::load_obj_buf(&mut scan.text.as_bytes(), &options, no_materials)
-        .map_err(|error| error.to_string())?;
-    let [model] =
-        <[tobj::Model; 1]>::try_from(models).map_err(|models| format!("{} models", models.len()))?;
-    let mesh = model.mesh;
-    // the loader leaves the arities out where all faces are triangles
-    let same = if mesh.face_arities.is_empty() {
-        scan.arities.iter().all(|&arity| arity == 3) && mesh.indices.len() == 3 * scan.arities.len()
-    } else {
-        mesh.face_arities == scan.arities
+    let notes = FileNotes {
+        foreign_bytes: text.utf8_chunks().map(|chunk| chunk.invalid().len()).sum(),
+        trailing_zeros: zeros.len(),
+        ..FileNotes::default()
     };
-    let corners = mesh.indices.len();
-    if !same || mesh.texcoord_indices.len() != corners || mesh.normal_indices.len() != corners {
-        return Err(format!("{} faces, {corners} corners in all", mesh.face_arities.len()));
-    }
-    Ok(mesh)
-}
-
-/// The loader's arrays as pieces of a mesh; the NaN entry becomes "none".
-fn parts_of(
-    loaded: tobj::Mesh,
-    arities: Vec<u32>,
-    face_objects: Vec<u32>,
-    object_names: Vec<String>,
-) -> MeshParts {
-    let triples = |flat: &[f64]| -> Vec<DVec3> { flat.chunks_exact(3).map(DVec3::from_slice).collect() };
-    let mut uvs: Vec<_> = loaded.texcoords.chunks_exact(2).map(DVec2::from_slice).collect();
-    let mut normals = triples(&loaded.normals);
-    let no_uv = take_out(&mut uvs, |uv| uv.is_nan());
-    let no_normal = take_out(&mut normals, |normal| normal.is_nan());
-    let corners = (loaded.indices.iter())
-        .zip(loaded.texcoord_indices.iter().zip(&loaded.normal_indices))
-        .map(|(&position, (&uv, &normal))| Corner {
-            position,
-            uv: without(uv, no_uv),
-            normal: without(normal, no_normal),
-        })
-        .collect();
-    MeshParts {
-        positions: triples(&loaded.positions),
-        uvs,
-        normals,
-        corners,
-        arities,
-        face_objects,
-        object_names,
-    }
-}
-
-/// Removes the first item of a kind and says where it was.
-fn take_out<T>(items: &mut Vec<T>, is_it: impl Fn(&T) -> bool) -> Option<usize> {
-    let found = items.iter().position(is_it)?;
-    items.remove(found);
-    Some(found)
-}
-
-/// `index` after the item at `removed` was taken out; `None` if it was that one.
-fn without(index: u32, removed: Option<usize>) -> Option<u32> {
-    match removed {
-        Some(removed) if index as usize == removed => None,
-        Some(removed) if index as usize > removed => Some(index - 1),
-        _ => Some(index),
-    }
+    let text = text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(text);
+    Ok((String::from_utf8_lossy(text), notes))
 }
 
 #[cfg(test)]
