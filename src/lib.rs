@@ -60,6 +60,7 @@ pub struct LibraryPage;
 
 pub mod analytic;
 pub mod arrays;
+pub mod choice;
 #[cfg(feature = "cli")]
 pub mod compare;
 pub mod deviation;

@@ -1,5 +1,7 @@
 //! Names that users choose from, and what to say of any other name.
 
+use thiserror::Error;
+
 /// The known name that `name` is most likely a misspelling of.
 pub fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
     // a name far longer than any other is no misspelling, and the distance costs its square
@@ -22,16 +24,38 @@ pub fn did_you_mean(name: &str, known: &[&str]) -> String {
     closest(name, known).map_or_else(String::new, |known| format!("; did you mean {known:?}?"))
 }
 
+/// A name that is not among the known ones.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("unknown {what} {} (known: {}){suggestion}", quoted(.name), .known.join(", "))]
+pub struct UnknownName {
+    /// What was to be chosen.
+    what: String,
+    /// The name given.
+    name: String,
+    /// The names that there are.
+    known: Vec<String>,
+    /// Which of them was most likely meant, as the end of the message; may be empty.
+    suggestion: String,
+}
+
+impl UnknownName {
+    /// The error of `name` where one of `known` must stand.
+    pub(crate) fn new(what: &str, known: &[&str], name: &str) -> Self {
+        Self {
+            what: what.to_owned(),
+            name: name.to_owned(),
+            known: known.iter().map(|&known| known.to_owned()).collect(),
+            suggestion: did_you_mean(name, known),
+        }
+    }
+}
+
 /// Index of `name` in `known`.
 ///
 /// # Errors
-/// A message with the known names if it is not among them.
-pub(crate) fn lookup(what: &str, known: &[&str], name: &str) -> Result<usize, String> {
-    if let Some(index) = known.iter().position(|known| *known == name) {
-        return Ok(index);
-    }
-    let list = known.join(", ");
-    Err(format!("unknown {what} {} (known: {list}){}", quoted(name), did_you_mean(name, known)))
+/// If it is not among them.
+pub(crate) fn lookup(what: &str, known: &[&str], name: &str) -> Result<usize, UnknownName> {
+    known.iter().position(|known| *known == name).ok_or_else(|| UnknownName::new(what, known, name))
 }
 
 /// A user's text in quotes, on one line and shortened.

@@ -1,15 +1,16 @@
 //! Scenes for Mitsuba 3.
 
-use std::path::Path;
-use std::{fs, io};
+use std::io;
 
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 
+use super::folder::{ExportedFile, PICTURES, Pictures, id};
 use super::meshes::{NamedMesh, Precision, ply};
-use super::mitsuba_material::bsdf;
+use super::mitsuba_parameters::{area_emitter, bsdf, emitter};
 use super::xml::Element;
+use crate::choice::Choice;
 use crate::film::{Aov, FilmSettings, Filter};
-use crate::scene::{BuiltScene, Choice, LightDescription, SceneDescription};
+use crate::scene::{BuiltScene, SceneDescription};
 use crate::shade::{CameraSettings, IntegratorKind, Light, Projection, RenderSettings};
 
 /// The scene file's name.
@@ -19,7 +20,6 @@ pub const MITSUBA_SCENE: &str = "scene.xml";
 pub const MITSUBA_NAMES: &[&str] = &[MITSUBA_SCENE, MESHES, PICTURES];
 
 const MESHES: &str = "meshes";
-const PICTURES: &str = "pictures";
 
 /// How a scene file that is ours begins; tells other folders from those that may be overwritten.
 const MARK: &str = "exported by trimray";
@@ -30,34 +30,6 @@ const VERSION: &str = "3.9.0";
 /// Distances of Mitsuba's clipping planes in parts of the scene's size as the camera sees it; their ratio is near that of the
 /// defaults, 1e6, for single precision's sake. This program's camera has none.
 const CLIP: [f64; 2] = [1e-4, 1e3];
-
-/// A file of an exported folder.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ExportedFile {
-    /// Its path in the folder, with `/`.
-    pub path: String,
-    /// Its content.
-    pub bytes: Vec<u8>,
-}
-
-/// The pictures of textures and environment maps, copied as they are.
-#[derive(Debug, Default)]
-pub(super) struct Pictures {
-    files: Vec<ExportedFile>,
-}
-
-impl Pictures {
-    /// Takes a picture along; returns its path in the folder.
-    pub(super) fn take(&mut self, path: &Path) -> io::Result<String> {
-        let bytes = fs::read(path)
-            .map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", path.display())))?;
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let extension = path.extension().unwrap_or_default().to_string_lossy();
-        let path = format!("{PICTURES}/{}.{extension}", id(self.files.len(), &stem));
-        self.files.push(ExportedFile { path: path.clone(), bytes });
-        Ok(path)
-    }
-}
 
 /// Whether a text is the beginning of a scene file that was written here.
 pub fn is_exported(text: &[u8]) -> bool {
@@ -80,9 +52,14 @@ pub fn mitsuba_scene(
     let paths: Vec<_> =
         (0..).zip(meshes).map(|(n, mesh)| format!("{MESHES}/{}.ply", id(n, &mesh.name))).collect();
     let mut pictures = Pictures::default();
+    // the scene's text knows the files of pictures
+    let all_lights: Vec<&Light> = match &scene.lights {
+        Some(listed) => listed.iter().map(|light| &light.value).collect(),
+        None => built.light_settings.iter().collect(),
+    };
     let shines = |index: usize| {
-        built.light_settings.iter().find_map(|light| match light {
-            Light::Object { object, radiance } if *object == index => Some(emitter(*radiance)),
+        all_lights.iter().find_map(|light| match light {
+            Light::Object(shining) if shining.object == index => Some(area_emitter(shining.radiance)),
             _ => None,
         })
     };
@@ -101,7 +78,7 @@ pub fn mitsuba_scene(
         .child(integrator(&scene.render))
         .child(sensor(&built.camera, &scene.film, &scene.render, built.traced.bounds()))
         .children(materials(scene, &mut pictures)?)
-        .children(lights(scene, built, &mut pictures)?)
+        .children(lights(&all_lights, &mut pictures)?)
         .children(objects);
     let farthest = meshes.iter().map(|mesh| mesh.mesh.deviation).fold(0.0, f64::max);
     let comment = format!(
@@ -113,14 +90,8 @@ pub fn mitsuba_scene(
         // Mitsuba keeps vertices in single precision
         files.push(ExportedFile { path, bytes: ply(std::slice::from_ref(mesh), Precision::Single) });
     }
-    files.append(&mut pictures.files);
+    files.append(&mut pictures.into_files());
     Ok(files)
-}
-
-/// A number and a name in letters that files and references can have.
-fn id(number: usize, name: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-    format!("{number}_{}", name.chars().take(40).map(plain).collect::<String>())
 }
 
 fn material_id(scene: &SceneDescription, material: Option<usize>) -> String {
@@ -141,63 +112,9 @@ fn materials(scene: &SceneDescription, pictures: &mut Pictures) -> io::Result<Ve
 }
 
 /// All lights but objects, which shine as shapes.
-fn lights(scene: &SceneDescription, built: &BuiltScene, pictures: &mut Pictures) -> io::Result<Vec<Element>> {
-    // of an environment map the scene's text knows the file
-    let files = |index: usize| scene.lights.as_ref().and_then(|listed| listed.get(index));
-    let mut elements = Vec::new();
-    for (index, complete) in built.light_settings.iter().enumerate() {
-        match (complete, files(index)) {
-            (Light::Object { .. }, _) => {}
-            (_, Some(LightDescription::Envmap { file, scale, to_world })) => {
-                let path = pictures.take(&file.value)?;
-                elements.push(
-                    Element::plugin("emitter", "envmap")
-                        .string("filename", &path)
-                        .float("scale", *scale)
-                        .transform("to_world", &DAffine3::from_mat3(to_world.matrix3)),
-                );
-            }
-            _ => elements.push(light(complete)),
-        }
-    }
-    Ok(elements)
-}
-
-/// A light that needs no file.
-///
-/// # Panics
-/// For an environment map or an object.
-fn light(light: &Light) -> Element {
-    match light {
-        Light::Constant { radiance } => Element::plugin("emitter", "constant").rgb("radiance", *radiance),
-        Light::Point { position, intensity } => {
-            Element::plugin("emitter", "point").point("position", *position).rgb("intensity", *intensity)
-        }
-        Light::Directional { direction, irradiance } => Element::plugin("emitter", "directional")
-            .vector("direction", *direction)
-            .rgb("irradiance", *irradiance),
-        Light::Spot { to_world, intensity, cutoff_angle, beam_width } => Element::plugin("emitter", "spot")
-            .transform("to_world", to_world)
-            .rgb("intensity", *intensity)
-            .float("cutoff_angle", *cutoff_angle)
-            .float("beam_width", *beam_width),
-        Light::Rectangle { to_world, radiance } => area("rectangle", to_world, *radiance),
-        Light::Disk { to_world, radiance } => area("disk", to_world, *radiance),
-        Light::Sphere { to_world, radiance } => area("sphere", to_world, *radiance),
-        Light::Envmap { .. } | Light::Object { .. } => unreachable!("told apart before"),
-    }
-}
-
-/// A shape that emits and is black otherwise.
-fn area(shape: &str, to_world: &DAffine3, radiance: DVec3) -> Element {
-    Element::plugin("shape", shape)
-        .transform("to_world", to_world)
-        .child(Element::plugin("bsdf", "diffuse").rgb("reflectance", DVec3::ZERO))
-        .child(emitter(radiance))
-}
-
-fn emitter(radiance: DVec3) -> Element {
-    Element::plugin("emitter", "area").rgb("radiance", radiance)
+fn lights(lights: &[&Light], pictures: &mut Pictures) -> io::Result<Vec<Element>> {
+    let others = lights.iter().filter(|light| !matches!(light, Light::Object(_)));
+    others.map(|light| emitter(light, pictures)).collect()
 }
 
 /// Mitsuba's v of a PLY file runs downwards in textures, that of OBJ files upwards.

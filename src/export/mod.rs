@@ -1,11 +1,13 @@
 //! Beside the pipeline: the exact result, or triangles close to it, in files of other programs.
 
+mod folder;
 mod json;
 mod meshes;
 mod mitsuba;
-mod mitsuba_material;
+mod mitsuba_parameters;
 pub(crate) mod xml;
 
+pub use folder::ExportedFile;
 pub use json::{exact_patches, to_json};
 pub use meshes::{NamedMesh, Precision, obj, ply};
-pub use mitsuba::{ExportedFile, MITSUBA_NAMES, MITSUBA_SCENE, is_exported, mitsuba_scene};
+pub use mitsuba::{MITSUBA_NAMES, MITSUBA_SCENE, is_exported, mitsuba_scene};

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::sample::FirstHit;
+use crate::choice::Choice;
 
 /// Id of a pixel where no surface is.
 const NO_ID: f64 = -1.0;
@@ -34,6 +35,15 @@ pub enum Aov {
     Albedo,
     /// `variance.R/G/B`: variance of the pixel's mean.
     Variance,
+}
+
+impl Choice for Aov {
+    const WHAT: &'static str = "aov";
+    const ALL: &'static [Self] = &Self::ALL;
+
+    fn name(self) -> &'static str {
+        Self::name(self)
+    }
 }
 
 impl Aov {

@@ -1,5 +1,7 @@
 //! Reconstruction filters: how much a sample counts for the pixels around it.
 
+use crate::choice::Choice;
+
 /// Reconstruction filter, with Mitsuba's names, widths and parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Filter {
@@ -16,6 +18,23 @@ pub enum Filter {
     CatmullRom,
     /// sin(πx)/(πx) under its own main lobe stretched to 3 pixels (Lanczos).
     Lanczos,
+}
+
+impl Choice for Filter {
+    const WHAT: &'static str = "filter";
+    const ALL: &'static [Self] =
+        &[Self::Box, Self::Tent, Self::Gaussian, Self::Mitchell, Self::CatmullRom, Self::Lanczos];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Box => "box",
+            Self::Tent => "tent",
+            Self::Gaussian => "gaussian",
+            Self::Mitchell => "mitchell",
+            Self::CatmullRom => "catmullrom",
+            Self::Lanczos => "lanczos",
+        }
+    }
 }
 
 impl Filter {

@@ -1,7 +1,7 @@
 //! What a picture is of: the same for the file's header, for checkpoints, and for whoever puts shares of a picture together.
 
 mod digest;
-mod material_json;
+mod parameter_json;
 mod settings;
 
 use glam::DVec4;

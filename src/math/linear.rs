@@ -17,6 +17,12 @@ pub(crate) fn similarity_scale(matrix: &DMat3) -> Option<f64> {
     (similar && scale > 0.0 && scale.is_finite()).then_some(scale)
 }
 
+/// The unit vector along `v`, without overflow or underflow on the way; none for zero or infinite.
+pub(crate) fn unit_vector(v: DVec3) -> Option<DVec3> {
+    let largest = v.abs().max_element();
+    (largest > 0.0 && largest.is_finite()).then(|| (v / largest).normalize())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

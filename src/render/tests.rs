@@ -8,6 +8,8 @@ use glam::{DAffine3, DVec3};
 use super::*;
 use crate::film::{Aov, Filter};
 use crate::identity::PictureIdentity;
+use crate::shade::light::{AreaLight, AreaShape, ConstantLight, PointLight};
+use crate::shade::material::DiffuseSource;
 use crate::shade::testing::{Shape, Shapes};
 use crate::shade::{
     CameraSettings, FovAxis, IntegratorKind, Light, LightSet, Material, PreparedMaterial, Projection,
@@ -89,20 +91,21 @@ fn prepared(materials: &[Material]) -> Vec<PreparedMaterial> {
 }
 
 fn grey(reflectance: f64) -> Material {
-    Material::Diffuse { reflectance: reflectance.into(), two_sided: true }
+    Material::Diffuse(DiffuseSource { reflectance: reflectance.into(), two_sided: true })
 }
 
 fn sky(radiance: f64) -> Light {
-    Light::Constant { radiance: DVec3::splat(radiance) }
+    Light::Constant(ConstantLight { radiance: DVec3::splat(radiance) })
 }
 
 /// The square `[-1, 1]²` at height z that shines downwards.
 fn ceiling(z: f64, radiance: f64) -> Light {
     let turn = DAffine3::from_rotation_x(PI);
-    Light::Rectangle {
+    Light::Area(AreaLight {
+        shape: AreaShape::Rectangle,
         to_world: DAffine3::from_translation(z * DVec3::Z) * turn,
         radiance: DVec3::splat(radiance),
-    }
+    })
 }
 
 fn value(image: &Image, channel: &str, pixel: usize) -> f64 {
@@ -150,7 +153,7 @@ fn white_furnace() {
 fn point_light_on_a_floor() {
     // I · cos(θ) / r² · ρ / π, without any noise
     let light = DVec3::new(1.0, 0.5, 2.0);
-    let point = Light::Point { position: light, intensity: DVec3::splat(10.0) };
+    let point = Light::Point(PointLight { position: light, intensity: DVec3::splat(10.0) });
     let mut setup = Setup::new(vec![Shape::floor(0.0)], 0.6, vec![point]);
     setup.settings.spp = 4;
     let at = DVec3::new(-0.25, 0.75, 0.0);
@@ -208,11 +211,15 @@ fn light_in_a_surfaces_plane_is_not_hidden() {
 fn all_lights() -> Setup {
     let lights = vec![
         ceiling(3.0, 10.0),
-        Light::Point { position: DVec3::new(2.0, -3.0, 2.0), intensity: DVec3::new(10.0, 5.0, 2.0) },
+        Light::Point(PointLight {
+            position: DVec3::new(2.0, -3.0, 2.0),
+            intensity: DVec3::new(10.0, 5.0, 2.0),
+        }),
         sky(0.3),
     ];
     let mut setup = Setup::new(vec![Shape::floor(-1.0), SPHERE], 0.5, lights);
-    setup.materials[0] = Material::Diffuse { reflectance: DVec3::new(0.8, 0.6, 0.4).into(), two_sided: true };
+    setup.materials[0] =
+        Material::Diffuse(DiffuseSource { reflectance: DVec3::new(0.8, 0.6, 0.4).into(), two_sided: true });
     setup
 }
 
@@ -290,7 +297,7 @@ fn alpha_and_depths_agree_with_mitsuba() {
             * DAffine3::from_rotation_x(0.5 * PI)
             * DAffine3::from_scale(DVec3::splat(0.3));
         let radiance = DVec3::splat(3.0);
-        let mut lights = vec![Light::Rectangle { to_world, radiance }];
+        let mut lights = vec![Light::Area(AreaLight { shape: AreaShape::Rectangle, to_world, radiance })];
         if with_sky {
             lights.push(sky(1.0));
         }

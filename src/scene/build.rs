@@ -1,13 +1,11 @@
 //! A scene's description to a scene ready to trace, on one page.
 
 use std::cell::LazyCell;
-use std::path::Path;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use crate::film::{Picture, PictureLimits, check_picture_size, read_picture_within};
+use crate::film::check_picture_size;
 use crate::math::bounds;
 use crate::model::{ObjectReport, ObjectTimes};
 use crate::patch::BuildTimes;
@@ -16,7 +14,7 @@ use crate::shade::{
 };
 use crate::trace::{TracedObject, TracedScene};
 
-use super::description::{LightDescription, ObjectDescription, SceneDescription};
+use super::description::{ObjectDescription, SceneDescription};
 use super::diagnostic::{Diagnostic, SceneError};
 use super::first_view::{framing_camera, key_and_sky};
 
@@ -151,32 +149,14 @@ impl SceneDescription {
 fn read_lights(scene: &SceneDescription, diagnostics: &mut Vec<Diagnostic>) -> Option<Vec<Light>> {
     let mut lights = Vec::new();
     for light in scene.lights.as_ref()? {
-        match light.clone() {
-            LightDescription::Complete(light) => lights.push(light),
-            LightDescription::Envmap { file, scale, to_world } => {
-                match read_envmap(&file.value, scene.pictures) {
-                    Ok(picture) => lights.push(Light::Envmap { picture: Arc::new(picture), scale, to_world }),
-                    Err(message) => {
-                        let location = Some(file.location);
-                        diagnostics.push(Diagnostic { file: scene.path.clone(), location, message });
-                    }
-                }
-            }
+        match light.value.with_picture(scene.pictures) {
+            Ok(light) => lights.push(light),
+            Err(error) => diagnostics.push(Diagnostic {
+                file: scene.path.clone(),
+                location: Some(light.location),
+                message: error.to_string(),
+            }),
         }
     }
     Some(lights)
-}
-
-/// The picture of an environment map.
-fn read_envmap(path: &Path, limits: PictureLimits) -> Result<Picture, String> {
-    let picture = read_picture_within(path, false, limits).map_err(|error| format!("file {error}"))?;
-    let broken = picture.pixels.iter().position(|pixel| !pixel.iter().all(|value| value.is_finite()));
-    match broken {
-        None => Ok(picture),
-        Some(index) => {
-            let (width, path) = (picture.size[0] as usize, path.display());
-            let [column, row] = [index % width, index / width];
-            Err(format!("file {path}: the pixel in column {column} of row {row} is not finite"))
-        }
-    }
 }

@@ -1,16 +1,13 @@
 //! A scene as its file gives it: checked plain data, before any mesh is read.
 
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use glam::{DAffine3, DVec2, DVec3};
 
 use super::diagnostic::{Located, Location};
-use super::names::Choice;
 use crate::film::{FilmSettings, PictureLimits};
 use crate::model::{Deformer, DragUsing, Edit, Lattice, Representation};
 use crate::shade::{CameraSettings, Light, Material, RenderSettings};
-use crate::spline::{Axis, SignedAxis};
 use crate::surface::SplineSurface;
 
 /// A whole scene file.
@@ -27,7 +24,9 @@ pub struct SceneDescription {
     /// The materials, in the file's order; their names differ.
     pub materials: Vec<NamedMaterial>,
     /// The lights; if none are listed at all, [`SceneDescription::build`] lights the scene from the camera's side.
-    pub lights: Option<Vec<LightDescription>>,
+    ///
+    /// Each is located where its picture is named, or else where it begins.
+    pub lights: Option<Vec<Located<Light>>>,
     /// The objects, at least one; their names differ.
     pub objects: Vec<ObjectDescription>,
     /// Whether drags that contradict each other are met as nearly as possible instead of being an error.
@@ -45,22 +44,6 @@ impl SceneDescription {
     pub fn material_of(&self, object: &ObjectDescription) -> Material {
         object.material.map(|index| self.materials[index].material.clone()).unwrap_or_default()
     }
-}
-
-/// A light as the scene file gives it.
-#[derive(Clone, Debug, PartialEq)]
-pub enum LightDescription {
-    /// One that names no other file.
-    Complete(Light),
-    /// [`Light::Envmap`], whose picture is not read yet.
-    Envmap {
-        /// The picture's file, on the path of the scene file's folder.
-        file: Located<PathBuf>,
-        /// Factor of the radiance.
-        scale: f64,
-        /// Turns the picture.
-        to_world: DAffine3,
-    },
 }
 
 /// A material and the name that objects call it by.
@@ -162,30 +145,4 @@ pub enum DragPlaces {
     Points(Vec<DVec3>),
     /// As the camera sees them after the edits before: places in the picture, in pixels from its top left corner.
     Pixels(Vec<DVec2>),
-}
-
-impl FromStr for SignedAxis {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (negative, name) = match text.strip_prefix('-') {
-            Some(name) => (true, name),
-            None => (false, text.strip_prefix('+').unwrap_or(text)),
-        };
-        let axis = Axis::from_name(name)?;
-        Ok(Self { axis, negative })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn signed_axes_parse() {
-        for (text, axis, negative) in [("x", Axis::X, false), ("+y", Axis::Y, false), ("-z", Axis::Z, true)] {
-            assert_eq!(text.parse(), Ok(SignedAxis { axis, negative }));
-        }
-        assert!("--x".parse::<SignedAxis>().is_err());
-    }
 }

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::model::farthest_reach;
+use crate::shade::light::{AreaLight, AreaShape, ConstantLight};
 use crate::shade::{CameraSettings, FovAxis, Light, Projection};
 use crate::trace::TracedObject;
 
@@ -86,11 +87,12 @@ pub(super) fn key_and_sky([low, high]: [DVec3; 2], camera: &CameraSettings) -> V
     // a disk that faces a point fills the share sin² of what a sky would give
     let share = KEY_RADIUS * KEY_RADIUS / (1.0 + KEY_RADIUS * KEY_RADIUS);
     vec![
-        Light::Constant { radiance: DVec3::splat(SKY) },
-        Light::Disk {
+        Light::Constant(ConstantLight { radiance: DVec3::splat(SKY) }),
+        Light::Area(AreaLight {
+            shape: AreaShape::Disk,
             to_world: DAffine3::from_mat3_translation(axes, middle + way),
             radiance: DVec3::splat(KEY / (PI * share)),
-        },
+        }),
     ]
 }
 
@@ -103,6 +105,7 @@ mod tests {
     use super::*;
     use crate::scene::{BuiltScene, parse_scene_str};
     use crate::shade::Camera;
+    use crate::shade::light::PointLight;
     use crate::trace::{Ray, RayTracer};
 
     /// The scene of objects that a text lists; its meshes are those of `scenes`.
@@ -172,10 +175,12 @@ mod tests {
         let camera = "[camera]\norigin = [9, 1, 2]\ntarget = [0, 0, 0]\n";
         for text in [ball.to_owned(), camera.to_owned() + ball] {
             let scene = built(&text);
-            let [Light::Constant { radiance }, Light::Disk { to_world, .. }] = &scene.light_settings[..]
+            let [Light::Constant(ConstantLight { radiance }), Light::Area(AreaLight { shape, to_world, .. })] =
+                &scene.light_settings[..]
             else {
                 panic!("{:?}", scene.light_settings);
             };
+            assert_eq!(*shape, AreaShape::Disk);
             assert_eq!(radiance.min_element(), radiance.max_element(), "the sky is grey");
             let view = Camera::try_new(&scene.camera, [100, 100]).unwrap().camera_from_world();
             let place = view.transform_point3(to_world.translation);
@@ -188,7 +193,7 @@ mod tests {
     fn lights_of_the_scene_replace_it() {
         let ball = "[[object]]\nname = \"a\"\nsurface = { type = \"sphere\", radius = 1.0 }\n";
         let scene = built(&format!("[[light]]\ntype = \"point\"\nposition = [0, 0, 9]\n{ball}"));
-        let point = Light::Point { position: DVec3::new(0.0, 0.0, 9.0), intensity: DVec3::ONE };
+        let point = Light::Point(PointLight { position: DVec3::new(0.0, 0.0, 9.0), intensity: DVec3::ONE });
         assert_eq!(scene.light_settings, [point]);
     }
 }

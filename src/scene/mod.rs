@@ -6,7 +6,6 @@ mod diagnostic;
 mod film_area;
 mod first_view;
 mod lattice_file;
-mod names;
 mod object;
 mod parse;
 mod reader;
@@ -14,12 +13,12 @@ mod source;
 mod transform;
 mod unavailable;
 
+pub use crate::choice::Choice;
 pub use build::{BuiltScene, SceneTimes};
 pub use description::{
-    DeformDescription, DragPlaces, EditDescription, LightDescription, NamedMaterial, ObjectDescription,
-    ObjectShape, SceneDescription,
+    DeformDescription, DragPlaces, EditDescription, NamedMaterial, ObjectDescription, ObjectShape,
+    SceneDescription,
 };
 pub use diagnostic::{Diagnostic, Located, Location, SceneError};
 pub use film_area::{MAX_PIXELS, MAX_SIDE, parse_crop, parse_size, validate_crop, validate_film};
-pub use names::Choice;
 pub use parse::{MAX_CONTROL_POINTS, parse_scene, parse_scene_str};

@@ -7,6 +7,7 @@ mod light;
 mod material;
 mod names;
 mod object;
+mod parameters;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -20,9 +21,9 @@ use crate::film::PictureLimits;
 
 use super::description::SceneDescription;
 use super::diagnostic::SceneError;
-use super::names::quoted;
 use super::reader::{Faults, Table};
 use super::source::{Source, read_text};
+use crate::suggestion::quoted;
 
 pub use deform::MAX_CONTROL_POINTS;
 

@@ -12,8 +12,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::diagnostic::{Diagnostic, Located, Location};
-use super::names::{Choice, closest, did_you_mean, lookup, quoted, shortened};
 use super::source::Source;
+use crate::choice::Choice;
+use crate::suggestion::{closest, did_you_mean, lookup, quoted, shortened};
 
 /// The faults found so far.
 pub(super) struct Faults<'a> {
@@ -328,7 +329,7 @@ impl<'a> Table<'a> {
     }
 
     /// Reports `key` if it is not there.
-    fn require(&self, key: &str, expected: &str) {
+    pub(super) fn require(&self, key: &str, expected: &str) {
         if !self.has(key) && !self.is_excused(key) {
             self.report(format!("{} needs {key}: {expected}", self.label));
         }
@@ -385,8 +386,8 @@ impl<'a> Table<'a> {
     }
 
     /// The result of a conversion that has its own message.
-    pub(super) fn converted<T>(&self, key: &str, result: Result<T, String>) -> Option<T> {
-        result.map_err(|message| self.report_value(key, message)).ok()
+    pub(super) fn converted<T>(&self, key: &str, result: Result<T, impl ToString>) -> Option<T> {
+        result.map_err(|error| self.report_value(key, error.to_string())).ok()
     }
 
     /// The table under a key that may be left out.

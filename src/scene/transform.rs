@@ -4,6 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::reader::{Table, Value};
 use crate::math::angle::sin_cos_deg;
+use crate::math::linear::unit_vector;
 
 /// The kinds of step.
 const STEPS: &[&str] = &["scale", "rotate", "translate", "matrix", "look_at"];
@@ -74,7 +75,7 @@ fn rotate(table: &Table<'_>) -> Option<DAffine3> {
     rotate.check_keys(&["axis", "angle"]);
     let axis = rotate.required("axis", "[x, y, z] of finite numbers", Value::vector);
     let angle = rotate.required("angle", "a finite number of degrees", Value::number);
-    let Some(unit) = direction(axis?) else {
+    let Some(unit) = unit_vector(axis?) else {
         rotate.report_value("axis", "axis must not be [0, 0, 0]".to_owned());
         return None;
     };
@@ -112,8 +113,8 @@ fn look_at(table: &Table<'_>) -> Option<DAffine3> {
     let mut look_at = table.required("look_at", expected, |value| value.table("look_at"))?;
     look_at.check_keys(&["origin", "target", "up"]);
     let view = read_view(&look_at)?;
-    let z = direction(view.target - view.origin)?;
-    let x = direction(view.up)?.cross(z).normalize();
+    let z = unit_vector(view.target - view.origin)?;
+    let x = unit_vector(view.up)?.cross(z).normalize();
     Some(DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), view.origin))
 }
 
@@ -136,7 +137,7 @@ pub(super) fn read_view(table: &Table<'_>) -> Option<View> {
     let expected_up = "a direction [x, y, z] of finite numbers";
     let given_up = table.optional("up", expected_up, Value::vector);
     let up = given_up.unwrap_or(DVec3::Z);
-    let Some(unit_up) = direction(up) else {
+    let Some(unit_up) = unit_vector(up) else {
         table.report_value("up", "up must not be [0, 0, 0]".to_owned());
         return None;
     };
@@ -146,7 +147,7 @@ pub(super) fn read_view(table: &Table<'_>) -> Option<View> {
         table.report_value("target", message.to_owned());
         return None;
     }
-    let Some(forward) = direction(target - origin) else {
+    let Some(forward) = unit_vector(target - origin) else {
         let message = "target is too far from origin for double precision";
         table.report_value("target", message.to_owned());
         return None;
@@ -163,15 +164,9 @@ pub(super) fn read_view(table: &Table<'_>) -> Option<View> {
     Some(View { origin, target, up })
 }
 
-/// The unit vector along `v`, without overflow or underflow on the way; none for zero or infinite.
-pub(super) fn direction(v: DVec3) -> Option<DVec3> {
-    let largest = v.abs().max_element();
-    (largest > 0.0 && largest.is_finite()).then(|| (v / largest).normalize())
-}
-
 /// Whether the columns lie in a plane, up to rounding.
 fn is_flat(matrix: DMat3) -> bool {
-    let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(direction);
+    let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(unit_vector);
     match columns {
         [Some(x), Some(y), Some(z)] => x.cross(y).dot(z).abs() <= FLAT,
         _ => true,

@@ -4,6 +4,7 @@ use glam::{DMat4, DVec2, DVec3, DVec4};
 use thiserror::Error;
 
 use super::warp;
+use crate::choice::Choice;
 use crate::trace::Ray;
 
 /// The image axis that the field of view is measured along, as in Mitsuba.
@@ -20,6 +21,21 @@ pub enum FovAxis {
     Smaller,
     /// The longer of width and height.
     Larger,
+}
+
+impl Choice for FovAxis {
+    const WHAT: &'static str = "fov_axis";
+    const ALL: &'static [Self] = &[Self::X, Self::Y, Self::Diagonal, Self::Smaller, Self::Larger];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Diagonal => "diagonal",
+            Self::Smaller => "smaller",
+            Self::Larger => "larger",
+        }
+    }
 }
 
 /// A camera as the scene file gives it.

@@ -1,12 +1,11 @@
 //! Stage 5: cameras, lights, materials, samplers and integrators.
 
-mod bsdf;
 mod camera;
 mod distribution;
-mod light;
-mod material;
+pub mod light;
+pub mod material;
+mod parameters;
 mod path;
-mod prepared_material;
 mod sampler;
 mod scene;
 mod settings;
@@ -17,18 +16,11 @@ pub(crate) mod testing;
 mod texture;
 mod warp;
 
-pub use bsdf::{
-    Bsdf, BsdfSample, BsdfValue, METAL_NAMES, MicrofacetDistribution, REFRACTIVE_INDICES, metal,
-    refractive_index,
-};
 pub use camera::{Camera, CameraError, CameraSettings, FovAxis, Projection, ThinLens};
-pub use light::{Light, LightEnd, LightError, LightHit, LightSample, LightSet, ShapeHit};
-pub use material::{
-    CoatSource, DEFAULT_ALPHA, GlassSource, Material, MetalSource, PrincipledInterface, PrincipledSource,
-    Roughness,
-};
+pub use light::{Light, LightError, LightHit, LightSample, LightSet};
+pub use material::{Material, MaterialError, MicrofacetDistribution, PreparedMaterial};
+pub use parameters::{Parameter, ParameterSource, Parameters, PictureSource, TextureRange};
 pub use path::{PathBuffers, PathIntegrator, PathStart};
-pub use prepared_material::{MaterialError, PreparedMaterial};
 pub use sampler::{Sampler, SamplerKind};
 pub use scene::{SceneBuffers, SceneHit, ShadingScene};
 pub use settings::{IntegratorKind, RenderSettings};

@@ -1,5 +1,6 @@
 //! Random numbers.
 
+use crate::choice::Choice;
 use glam::DVec2;
 
 /// 2^64 divided by the golden ratio, rounded to odd: the step of `SplitMix64`.
@@ -16,6 +17,18 @@ pub enum SamplerKind {
     Independent,
     /// Well spread over each pixel's samples: an Owen-scrambled Sobol sequence.
     Sobol,
+}
+
+impl Choice for SamplerKind {
+    const WHAT: &'static str = "sampler";
+    const ALL: &'static [Self] = &[Self::Independent, Self::Sobol];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Independent => "independent",
+            Self::Sobol => "sobol",
+        }
+    }
 }
 
 /// The random numbers of one sample of one pixel, counted instead of drawn in sequence.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::light::{LightHit, LightSample, LightSet};
-use super::prepared_material::PreparedMaterial;
+use super::material::PreparedMaterial;
 use super::spawn::{BOUNDS_AWAY, spawn_shadow_ray};
 use super::statistics::RenderStatistics;
 use crate::trace::{Geometry, Ray, RayTracer, SurfaceInteraction, TraceStatistics};

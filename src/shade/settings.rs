@@ -1,6 +1,7 @@
 //! What decides a picture besides the scene.
 
 use super::sampler::SamplerKind;
+use crate::choice::Choice;
 use crate::film::Aov;
 
 /// How light is gathered.
@@ -11,6 +12,18 @@ pub enum IntegratorKind {
     Path,
     /// Light that reaches the surface straight from the lights.
     Direct,
+}
+
+impl Choice for IntegratorKind {
+    const WHAT: &'static str = "integrator";
+    const ALL: &'static [Self] = &[Self::Path, Self::Direct];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+            Self::Direct => "direct",
+        }
+    }
 }
 
 /// The `[render]` table of a scene, with Mitsuba's meanings and defaults.

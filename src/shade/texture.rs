@@ -1,10 +1,11 @@
 //! Colours and numbers that vary over a surface.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::{DAffine2, DVec2, DVec3};
 
-use super::bsdf::luminance;
+use crate::choice::Choice;
 use crate::film::{Picture, PictureError, PictureLimits, read_picture_within};
 
 /// A colour or number as the scene file gives it; linear RGB, or three times the same number.
@@ -69,6 +70,18 @@ pub enum TextureFilter {
     Nearest,
 }
 
+impl Choice for TextureFilter {
+    const WHAT: &'static str = "texture filter";
+    const ALL: &'static [Self] = &[Self::Bilinear, Self::Nearest];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Bilinear => "bilinear",
+            Self::Nearest => "nearest",
+        }
+    }
+}
+
 /// What a texture is outside its square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum TextureWrap {
@@ -79,6 +92,19 @@ pub enum TextureWrap {
     Mirror,
     /// As at the nearest border.
     Clamp,
+}
+
+impl Choice for TextureWrap {
+    const WHAT: &'static str = "wrap";
+    const ALL: &'static [Self] = &[Self::Repeat, Self::Mirror, Self::Clamp];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Repeat => "repeat",
+            Self::Mirror => "mirror",
+            Self::Clamp => "clamp",
+        }
+    }
 }
 
 impl TextureWrap {
@@ -177,12 +203,17 @@ impl Texture {
     }
 
     /// The picture, if it is one.
-    pub(super) const fn picture(&self) -> Option<&Picture> {
+    pub(super) fn picture(&self) -> Option<Arc<Picture>> {
         match self {
-            Self::Bitmap(bitmap) => Some(&bitmap.picture),
+            Self::Bitmap(bitmap) => Some(Arc::clone(&bitmap.picture)),
             _ => None,
         }
     }
+}
+
+/// Brightness of a colour in linear sRGB, with Mitsuba's coefficients.
+pub(super) fn luminance(colour: DVec3) -> f64 {
+    colour.dot(DVec3::new(0.212_671, 0.715_160, 0.072_169))
 }
 
 fn mean(colour: DVec3) -> f64 {
@@ -196,7 +227,7 @@ fn downwards(uv: DVec2) -> DVec2 {
 /// A picture over the unit square.
 #[derive(Clone, Debug)]
 pub(super) struct Bitmap {
-    picture: Picture,
+    picture: Arc<Picture>,
     mean: f64,
     filter: TextureFilter,
     wrap: TextureWrap,
@@ -208,7 +239,7 @@ impl Bitmap {
         let BitmapSource { filter, wrap, to_uv, .. } = *source;
         let sum: f64 = picture.pixels.iter().map(|pixel| luminance(colour(pixel))).sum();
         let mean = sum / picture.pixels.len() as f64;
-        Self { picture, mean, filter, wrap, to_uv }
+        Self { picture: Arc::new(picture), mean, filter, wrap, to_uv }
     }
 
     fn colour(&self, place: DVec2) -> DVec3 {

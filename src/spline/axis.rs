@@ -1,5 +1,9 @@
 //! The axes of a lattice.
 
+use std::str::FromStr;
+
+use crate::choice::{Choice, UnknownName};
+
 /// An axis of the lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
@@ -9,6 +13,19 @@ pub enum Axis {
     Y,
     /// The third.
     Z,
+}
+
+impl Choice for Axis {
+    const WHAT: &'static str = "axis";
+    const ALL: &'static [Self] = &[Self::X, Self::Y, Self::Z];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+        }
+    }
 }
 
 impl Axis {
@@ -47,5 +64,31 @@ impl SignedAxis {
     #[must_use]
     pub fn sign(self) -> f64 {
         if self.negative { -1.0 } else { 1.0 }
+    }
+}
+
+impl FromStr for SignedAxis {
+    type Err = UnknownName;
+
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        let (negative, name) = match text.strip_prefix('-') {
+            Some(name) => (true, name),
+            None => (false, text.strip_prefix('+').unwrap_or(text)),
+        };
+        let axis = Axis::from_name(name)?;
+        Ok(Self { axis, negative })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn signed_axes_parse() {
+        for (text, axis, negative) in [("x", Axis::X, false), ("+y", Axis::Y, false), ("-z", Axis::Z, true)] {
+            assert_eq!(text.parse(), Ok(SignedAxis { axis, negative }));
+        }
+        assert!("--x".parse::<SignedAxis>().is_err());
     }
 }

@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 use glam::{DVec3, DVec4};
 use thiserror::Error;
 
+use crate::choice::Choice;
 use crate::manipulate::{DirectManipulation, Drag, DragError, PointSolution, solve_weights};
 use crate::model::error::{ModelError, PartsOutside};
 use crate::spline::{Axis, ControlLattice, HeldPoint, KnotBox, SignedAxis, SplineVolume, VolumeError};
@@ -46,6 +47,30 @@ pub enum Outside {
     Keep,
     /// They are an error.
     Error,
+}
+
+impl Choice for FrameChoice {
+    const WHAT: &'static str = "frame";
+    const ALL: &'static [Self] = &[Self::Parallelogram, Self::Rectangle];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Parallelogram => "parallelogram",
+            Self::Rectangle => "rectangle",
+        }
+    }
+}
+
+impl Choice for Outside {
+    const WHAT: &'static str = "outside";
+    const ALL: &'static [Self] = &[Self::Keep, Self::Error];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Keep => "keep",
+            Self::Error => "error",
+        }
+    }
 }
 
 /// An edit of a lattice's control points.

@@ -15,7 +15,7 @@ use super::deformer::BuiltLattice;
 use super::error::ModelError;
 use crate::analytic::Step;
 use crate::patch::{BuildTimes, Facet, TrimmedPatch};
-use crate::suggestion::lookup;
+use crate::suggestion::{UnknownName, lookup};
 
 pub(super) use facets::facet_object;
 pub use feng_peng::TriangularCounts;
@@ -46,8 +46,8 @@ pub enum Representation {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum RepresentationError {
     /// There is none of this name.
-    #[error("{0}")]
-    Unknown(String),
+    #[error(transparent)]
+    Unknown(#[from] UnknownName),
     /// It takes no parameter.
     #[error("method {0} takes no parameter: write {0} alone")]
     NoParameter(&'static str),
@@ -145,7 +145,7 @@ impl FromStr for Representation {
             Some((name, parameter)) => (name, Some(parameter)),
             None => (text, None),
         };
-        let name = NAMES[lookup("method", &NAMES, name).map_err(RepresentationError::Unknown)?];
+        let name = NAMES[lookup("method", &NAMES, name)?];
         match name {
             "pointwise" => {
                 let level = parameter.and_then(|level| level.parse().ok());

@@ -6,7 +6,9 @@ use glam::DMat3;
 
 use super::*;
 use crate::film::Picture;
-use crate::shade::TextureSource;
+use crate::shade::light::{AreaLight, AreaShape, DirectionalLight, EnvironmentLight, ObjectLight, SpotLight};
+use crate::shade::material::DiffuseSource;
+use crate::shade::{PictureSource, TextureSource};
 use crate::subdivide::FrameChoice;
 use crate::test_support::{cube_triangles, deform};
 use crate::trace::{NoAttributes, TracedObject, TracedScene};
@@ -23,12 +25,16 @@ fn envmap(scale: f64, to_world: DAffine3) -> Light {
         |x: u8, y: u8| [f32::from(1 + x), f32::from(1 + 2 * y), 0.25 * f32::from((7 * x + 5 * y) % 11)];
     let places = (0..3).flat_map(|y| (0..4).map(move |x| (x, y)));
     let pixels = places.map(|(x, y)| pixel(x, y)).collect();
-    Light::Envmap { picture: Arc::new(Picture { size: [4, 3], pixels }), scale, to_world }
+    Light::Envmap(EnvironmentLight {
+        picture: PictureSource::Read(Arc::new(Picture { size: [4, 3], pixels })),
+        scale,
+        to_world,
+    })
 }
 
 fn ball(centre: DVec3) -> Light {
     let to_world = DAffine3::from_translation(centre) * DAffine3::from_scale(DVec3::splat(0.7));
-    Light::Sphere { to_world, radiance: DVec3::new(3.0, 2.0, 1.0) }
+    Light::Area(AreaLight { shape: AreaShape::Sphere, to_world, radiance: DVec3::new(3.0, 2.0, 1.0) })
 }
 
 /// The lights that the table of [`a_floor_is_lit_as_in_mitsuba`] is of.
@@ -41,17 +47,21 @@ fn each_light() -> [Light; 8] {
     [
         envmap(2.0, DAffine3::IDENTITY),
         envmap(1.0, DAffine3::from_rotation_z(sixth) * DAffine3::from_rotation_x(quarter)),
-        Light::Directional { direction: DVec3::new(1.0, 2.0, -2.0), irradiance: colour },
-        Light::Spot {
+        Light::Directional(DirectionalLight { direction: DVec3::new(1.0, 2.0, -2.0), irradiance: colour }),
+        Light::Spot(SpotLight {
             to_world: look_at(DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 0.5, 0.0)),
             intensity: colour,
             cutoff_angle: 30.0,
             beam_width: 22.5,
-        },
-        Light::Disk { to_world: disk, radiance: colour },
+        }),
+        Light::Area(AreaLight { shape: AreaShape::Disk, to_world: disk, radiance: colour }),
         ball(DVec3::new(1.0, 0.0, 2.0)),
         ball(DVec3::new(1.0, 0.0, 0.2)),
-        Light::Sphere { to_world: DAffine3::from_scale(DVec3::new(2.0, 2.0, -2.0)), radiance: colour },
+        Light::Area(AreaLight {
+            shape: AreaShape::Sphere,
+            to_world: DAffine3::from_scale(DVec3::new(2.0, 2.0, -2.0)),
+            radiance: colour,
+        }),
     ]
 }
 
@@ -105,7 +115,7 @@ fn environment_maps_are_seen_and_cover() {
     setup.settings.integrator = IntegratorKind::Direct;
     assert_eq!(pixel(&setup)[3], 0.0, "as in Mitsuba");
     // directional light is not seen
-    let light = Light::Directional { direction: DVec3::Z, irradiance: DVec3::ONE };
+    let light = Light::Directional(DirectionalLight { direction: DVec3::Z, irradiance: DVec3::ONE });
     setup.lights = vec![light];
     setup.settings.integrator = IntegratorKind::Path;
     assert_eq!(pixel(&setup), [0.0; 4]);
@@ -134,10 +144,13 @@ fn shining_cube(setup: &Setup) -> Image {
 }
 
 fn cube_setup() -> Setup {
-    let lights = vec![Light::Object { object: 1, radiance: DVec3::new(3.0, 2.0, 1.0) }, sky(0.3)];
+    let lights =
+        vec![Light::Object(ObjectLight { object: 1, radiance: DVec3::new(3.0, 2.0, 1.0) }), sky(0.3)];
     let mut setup = Setup::new(vec![Shape::floor(-0.5), SPHERE], 0.5, lights);
-    setup.materials[0] =
-        Material::Diffuse { reflectance: TextureSource::Uniform(DVec3::new(0.8, 0.6, 0.4)), two_sided: true };
+    setup.materials[0] = Material::Diffuse(DiffuseSource {
+        reflectance: TextureSource::Uniform(DVec3::new(0.8, 0.6, 0.4)),
+        two_sided: true,
+    });
     setup
 }
 

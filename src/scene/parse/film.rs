@@ -1,8 +1,8 @@
 //! `[film]` and `[render]`.
 
+use crate::choice::Choice;
 use crate::film::{Aov, FilmSettings};
 use crate::scene::film_area::{MAX_SIDE, validate_film};
-use crate::scene::names::Choice;
 use crate::scene::reader::{Table, Value};
 use crate::shade::RenderSettings;
 
@@ -83,7 +83,7 @@ fn read_aovs(table: &Table<'_>) -> Vec<Aov> {
                 element.report(format!("aov {name:?} is asked for twice"));
             }
             Ok(aov) => aovs.push(aov),
-            Err(message) => element.report(message),
+            Err(error) => element.report(error.to_string()),
         }
     }
     aovs

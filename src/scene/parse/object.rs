@@ -6,9 +6,9 @@ use super::{deform, surface};
 use crate::model::{ModelError, Representation};
 use crate::scene::description::{ObjectDescription, ObjectShape};
 use crate::scene::diagnostic::Located;
-use crate::scene::names::{did_you_mean, quoted};
 use crate::scene::reader::{Table, Value};
 use crate::scene::transform;
+use crate::suggestion::{did_you_mean, quoted};
 
 /// The names of all objects, also of those with other faults; empty where there is none.
 pub(super) fn names(tables: &[Table<'_>]) -> Vec<String> {

@@ -7,12 +7,20 @@ use super::*;
 use crate::film::{Aov, FilmSettings, Filter};
 use crate::model::{Edit, Lattice, MoveTo, Outside, Representation};
 use crate::scene::{
-    DeformDescription, EditDescription, LightDescription, Located, Location, NamedMaterial,
-    ObjectDescription, ObjectShape,
+    DeformDescription, EditDescription, Located, Location, NamedMaterial, ObjectDescription, ObjectShape,
+};
+use crate::shade::light::{
+    AreaLight, AreaShape, ConstantLight, DirectionalLight, EnvironmentLight, ObjectLight, PointLight,
+    SpotLight,
+};
+use crate::shade::material::{
+    CoatSource, ConductorSource, DielectricSource, DiffuseSource, GlassSource, MetalSource, PlasticSource,
+    PrincipledInterface, PrincipledSource, RoughConductorSource, RoughDielectricSource, RoughPlasticSource,
+    Roughness,
 };
 use crate::shade::{
-    BitmapSource, Checkerboard, CoatSource, GlassSource, MetalSource, MicrofacetDistribution,
-    PrincipledInterface, PrincipledSource, Roughness, TextureFilter, TextureSource, TextureWrap,
+    BitmapSource, Checkerboard, MicrofacetDistribution, PictureSource, TextureFilter, TextureSource,
+    TextureWrap,
 };
 use crate::shade::{
     CameraSettings, FovAxis, IntegratorKind, Light, Material, Projection, RenderSettings, SamplerKind,
@@ -216,7 +224,10 @@ fn a_full_scene_gives_its_values() {
     );
     let diffuse = |name: &str, line, reflectance, two_sided| NamedMaterial {
         name: located(name.to_owned(), line, 8),
-        material: Material::Diffuse { reflectance: TextureSource::from(reflectance), two_sided },
+        material: Material::Diffuse(DiffuseSource {
+            reflectance: TextureSource::from(reflectance),
+            two_sided,
+        }),
     };
     assert_eq!(
         scene.materials,
@@ -228,20 +239,19 @@ fn a_full_scene_gives_its_values() {
     // z points down at the target, y stays up
     let down = DMat3::from_cols(-DVec3::X, DVec3::Y, -DVec3::Z);
     assert_eq!(
-        scene.lights,
-        Some(
-            vec![
-                Light::Constant { radiance: DVec3::splat(2.0) },
-                Light::Point { position: DVec3::new(1.0, 2.0, 3.0), intensity: DVec3::new(4.0, 5.0, 6.0) },
-                Light::Rectangle {
-                    to_world: DAffine3::from_mat3_translation(down, DVec3::new(0.0, 0.0, 5.0)),
-                    radiance: DVec3::new(7.0, 8.0, 9.0),
-                },
-            ]
-            .into_iter()
-            .map(LightDescription::Complete)
-            .collect()
-        )
+        lights(&scene),
+        [
+            Light::Constant(ConstantLight { radiance: DVec3::splat(2.0) }),
+            Light::Point(PointLight {
+                position: DVec3::new(1.0, 2.0, 3.0),
+                intensity: DVec3::new(4.0, 5.0, 6.0)
+            }),
+            Light::Area(AreaLight {
+                shape: AreaShape::Rectangle,
+                to_world: DAffine3::from_mat3_translation(down, DVec3::new(0.0, 0.0, 5.0)),
+                radiance: DVec3::new(7.0, 8.0, 9.0),
+            }),
+        ]
     );
     assert_eq!(scene.objects, full_objects());
     assert_eq!(
@@ -249,6 +259,11 @@ fn a_full_scene_gives_its_values() {
         Material::default(),
         "an object without material has the default"
     );
+}
+
+/// The lights that a scene lists.
+fn lights(scene: &SceneDescription) -> Vec<Light> {
+    scene.lights.iter().flatten().map(|light| light.value.clone()).collect()
 }
 
 /// The materials of a scene of these tables, without their names.
@@ -280,17 +295,21 @@ fn materials_have_the_defaults_of_mitsuba() {
         materials(&tables.each_ref().map(String::as_str)),
         [
             Material::default(),
-            Material::Conductor { metal: metal.clone(), two_sided: true },
-            Material::RoughConductor { metal, roughness: roughness.clone(), two_sided: true },
-            Material::Dielectric { glass: glass.clone() },
-            Material::RoughDielectric { glass, roughness },
-            Material::Plastic { coat: coat.clone(), two_sided: true },
-            Material::RoughPlastic {
+            Material::Conductor(ConductorSource { metal: metal.clone(), two_sided: true }),
+            Material::RoughConductor(RoughConductorSource {
+                metal,
+                roughness: roughness.clone(),
+                two_sided: true
+            }),
+            Material::Dielectric(DielectricSource { glass: glass.clone() }),
+            Material::RoughDielectric(RoughDielectricSource { glass, roughness }),
+            Material::Plastic(PlasticSource { coat: coat.clone(), two_sided: true }),
+            Material::RoughPlastic(RoughPlasticSource {
                 coat,
                 distribution: MicrofacetDistribution::Beckmann,
                 alpha: 0.1,
                 two_sided: true
-            },
+            }),
             Material::Principled(Box::default()),
         ]
     );
@@ -313,20 +332,20 @@ fn materials_give_their_values() {
         |u: f64, v: f64, distribution| Roughness { distribution, alpha_u: u.into(), alpha_v: v.into() };
     let (ggx, beckmann) = (MicrofacetDistribution::Ggx, MicrofacetDistribution::Beckmann);
     let want = [
-        Material::RoughConductor {
+        Material::RoughConductor(RoughConductorSource {
             metal: MetalSource { specular_reflectance: 0.9.into(), ..gold },
             roughness: roughness(0.2, 0.3, ggx),
             two_sided: false,
-        },
-        Material::Conductor {
+        }),
+        Material::Conductor(ConductorSource {
             metal: MetalSource {
                 eta: DVec3::new(1.0, 2.0, 3.0),
                 k: DVec3::splat(4.0),
                 ..MetalSource::default()
             },
             two_sided: true,
-        },
-        Material::RoughDielectric {
+        }),
+        Material::RoughDielectric(RoughDielectricSource {
             glass: GlassSource {
                 int_ior: 2.419,
                 ext_ior: 1.2,
@@ -334,8 +353,8 @@ fn materials_give_their_values() {
                 specular_transmittance: DVec3::new(1.0, 0.0, 0.5).into(),
             },
             roughness: roughness(0.4, 0.4, beckmann),
-        },
-        Material::RoughPlastic {
+        }),
+        Material::RoughPlastic(RoughPlasticSource {
             coat: CoatSource {
                 int_ior: 1.6,
                 ext_ior: 1.333,
@@ -346,7 +365,7 @@ fn materials_give_their_values() {
             distribution: ggx,
             alpha: 0.3,
             two_sided: false,
-        },
+        }),
         Material::Principled(Box::new(PrincipledSource {
             spec_trans: 0.5.into(),
             interface: PrincipledInterface::Eta(1.3),
@@ -395,7 +414,8 @@ fn textures_give_their_values() {
         "type = \"principled\"\nroughness = { checkerboard = { color0 = 0.1, color1 = [1, 0, 0], \
          to_uv = [ { scale = 4 } ] } }",
     ]);
-    let diffuse = |reflectance: TextureSource| Material::Diffuse { reflectance, two_sided: true };
+    let diffuse =
+        |reflectance: TextureSource| Material::Diffuse(DiffuseSource { reflectance, two_sided: true });
     // (u, v) -> (2u, 3v) -> (-3v, 2u) -> (1 - 3v, 0.5 + 2u) -> (2 - 6v, 1 + 4u)
     let to_uv = DAffine2::from_cols(DVec2::new(0.0, 4.0), DVec2::new(-6.0, 0.0), DVec2::new(2.0, 1.0));
     let board = Checkerboard {
@@ -474,37 +494,44 @@ mesh = "a.obj"
 name = "b"
 mesh = "b.obj"
 "#;
-    let spot = |cutoff_angle: f64| Light::Spot {
-        to_world: DAffine3::IDENTITY,
-        intensity: DVec3::ONE,
-        cutoff_angle,
-        beam_width: 0.75 * cutoff_angle,
+    let spot = |cutoff_angle: f64| {
+        Light::Spot(SpotLight {
+            to_world: DAffine3::IDENTITY,
+            intensity: DVec3::ONE,
+            cutoff_angle,
+            beam_width: 0.75 * cutoff_angle,
+        })
     };
-    let mut want = vec![LightDescription::Envmap {
-        file: located(PathBuf::from("scenes/sky.exr"), 4, 8),
-        scale: 1.0,
-        to_world: DAffine3::IDENTITY,
-    }];
-    want.extend(
-        [
-            Light::Directional { direction: DVec3::Z, irradiance: DVec3::ONE },
-            Light::Directional { direction: DVec3::NEG_Z, irradiance: DVec3::splat(3.0) },
-            spot(20.0),
-            spot(40.0),
-            Light::Disk { to_world: DAffine3::IDENTITY, radiance: DVec3::ONE },
-            Light::Sphere {
-                to_world: DAffine3::from_scale_rotation_translation(
-                    DVec3::ONE,
-                    glam::DQuat::IDENTITY,
-                    DVec3::new(2.0, 4.0, 6.0),
-                ),
-                radiance: DVec3::splat(4.0),
-            },
-            Light::Object { object: 1, radiance: DVec3::ONE },
-        ]
-        .map(LightDescription::Complete),
+    let scene = parse(text).unwrap();
+    let want = [
+        Light::Envmap(EnvironmentLight {
+            picture: PictureSource::File("scenes/sky.exr".into()),
+            scale: 1.0,
+            to_world: DAffine3::IDENTITY,
+        }),
+        Light::Directional(DirectionalLight { direction: DVec3::Z, irradiance: DVec3::ONE }),
+        Light::Directional(DirectionalLight { direction: DVec3::NEG_Z, irradiance: DVec3::splat(3.0) }),
+        spot(20.0),
+        spot(40.0),
+        Light::Area(AreaLight { shape: AreaShape::Disk, to_world: DAffine3::IDENTITY, radiance: DVec3::ONE }),
+        Light::Area(AreaLight {
+            shape: AreaShape::Sphere,
+            to_world: DAffine3::from_scale_rotation_translation(
+                DVec3::ONE,
+                glam::DQuat::IDENTITY,
+                DVec3::new(2.0, 4.0, 6.0),
+            ),
+            radiance: DVec3::splat(4.0),
+        }),
+        Light::Object(ObjectLight { object: 1, radiance: DVec3::ONE }),
+    ];
+    assert_eq!(lights(&scene), want);
+    let places: Vec<_> = scene.lights.unwrap().iter().map(|light| light.location).take(2).collect();
+    assert_eq!(
+        places,
+        [Location { line: 4, column: 8 }, Location { line: 5, column: 1 }],
+        "its picture, itself"
     );
-    assert_eq!(parse(text).unwrap().lights, Some(want));
 }
 
 #[test]

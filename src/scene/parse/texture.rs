@@ -4,41 +4,27 @@ use glam::{DAffine2, DMat2, DVec2};
 
 use crate::math::angle::sin_cos_deg;
 use crate::scene::reader::{Converted, Table, Value};
-use crate::shade::{BitmapSource, Checkerboard, TextureSource};
+use crate::shade::{BitmapSource, Checkerboard, TextureRange, TextureSource};
 
-/// A reflectance or transmittance.
-pub(super) fn colour(table: &Table<'_>, key: &str) -> Option<TextureSource> {
-    let expected = "a number or [r, g, b], each in [0, 1], or a texture";
-    read(table, key, expected, |value| value.rgb(is_share).map(TextureSource::from))
-}
-
-/// A weight.
-pub(super) fn share(table: &Table<'_>, key: &str) -> Option<TextureSource> {
-    let expected = "a number in [0, 1], or a texture";
-    read(table, key, expected, |value| value.number_where(is_share).map(TextureSource::from))
-}
-
-/// A roughness.
-pub(super) fn roughness(table: &Table<'_>, key: &str) -> Option<TextureSource> {
-    let expected = "a number of at least 0, or a texture";
-    read(table, key, expected, |value| value.number_where(|alpha| alpha >= 0.0).map(TextureSource::from))
+/// A texture, or a colour or number of the range.
+pub(super) fn read(table: &Table<'_>, key: &str, range: TextureRange) -> Option<TextureSource> {
+    if let Ok(texture) = table.value(key)?.table("a texture") {
+        return read_texture(texture);
+    }
+    let expected = match range {
+        TextureRange::Colour => "a number or [r, g, b], each in [0, 1], or a texture",
+        TextureRange::Share => "a number in [0, 1], or a texture",
+        TextureRange::Roughness => "a number of at least 0, or a texture",
+    };
+    table.optional(key, expected, |value| match range {
+        TextureRange::Colour => value.rgb(is_share).map(TextureSource::from),
+        TextureRange::Share => value.number_where(is_share).map(TextureSource::from),
+        TextureRange::Roughness => value.number_where(|alpha| alpha >= 0.0).map(TextureSource::from),
+    })
 }
 
 fn is_share(value: f64) -> bool {
     (0.0..=1.0).contains(&value)
-}
-
-/// A texture, or what `uniform` reads.
-fn read(
-    table: &Table<'_>,
-    key: &str,
-    expected: &str,
-    uniform: impl FnOnce(Value<'_>) -> Converted<TextureSource>,
-) -> Option<TextureSource> {
-    match table.value(key)?.table("a texture") {
-        Ok(texture) => read_texture(texture),
-        Err(_) => table.optional(key, expected, uniform),
-    }
 }
 
 fn read_texture(mut table: Table<'_>) -> Option<TextureSource> {

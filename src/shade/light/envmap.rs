@@ -1,14 +1,114 @@
 //! A picture that surrounds the scene.
 
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
+use thiserror::Error;
 
-use super::LightSample;
-use crate::film::Picture;
+use super::{Light, LightKind, LightSample, LightSettings};
+use crate::film::{Picture, PictureError, PictureLimits, read_picture_within};
 use crate::math::linear::similarity_scale;
 use crate::shade::distribution::Bilinear;
+use crate::shade::parameters::{Parameter, ParameterSource, Parameters, PictureSource};
+
+/// Mitsuba's `envmap`.
+pub(super) const KIND: LightKind = LightKind {
+    name: "envmap",
+    shape: None,
+    keys: &["file", "scale", "to_world"],
+    surrounds: true,
+    read: |source| EnvironmentLight::read(source).map(Light::Envmap),
+};
+
+/// A picture around the scene: longitude along its rows, +y of `to_world` above the first one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvironmentLight {
+    /// Radiance before it is scaled.
+    pub picture: PictureSource,
+    /// Factor of the radiance.
+    pub scale: f64,
+    /// Turns the picture, and may mirror it; nothing else.
+    pub to_world: DAffine3,
+}
+
+/// Why the picture of an environment map cannot be used.
+#[derive(Debug, Error)]
+pub enum EnvironmentError {
+    /// It cannot be read.
+    #[error("file {0}")]
+    Picture(#[from] PictureError),
+    /// One of its numbers is not finite.
+    #[error("file {}: the pixel in column {column} of row {row} is not finite", path.display())]
+    NotFinite {
+        /// The file.
+        path: PathBuf,
+        /// The pixel's column, from 0.
+        column: usize,
+        /// The pixel's row, from 0.
+        row: usize,
+    },
+}
+
+impl EnvironmentLight {
+    fn read(source: &dyn ParameterSource) -> Option<Self> {
+        let file = source.file("file", "the path of a picture (.exr, .hdr), from the scene file's folder");
+        let scale = source.number("scale", "a number, at least 0", &|scale| scale >= 0.0);
+        let to_world = source.placement("to_world");
+        if to_world.is_some_and(|place| !turns(&place.matrix3)) {
+            let message = "to_world of an envmap turns it: steps that scale have no meaning";
+            source.report_value("to_world", message.to_owned());
+        }
+        let picture = PictureSource::File(file?);
+        Some(Self { picture, scale: scale.unwrap_or(1.0), to_world: to_world? })
+    }
+
+    /// The same light, its picture read if it is a file.
+    ///
+    /// # Errors
+    /// If the file cannot be read or its picture is larger than allowed, or a pixel is not finite.
+    pub fn with_picture(&self, limits: PictureLimits) -> Result<Self, EnvironmentError> {
+        let PictureSource::File(path) = &self.picture else { return Ok(self.clone()) };
+        let picture = read_picture_within(path, false, limits)?;
+        match picture.pixels.iter().position(|pixel| !pixel.iter().all(|value| value.is_finite())) {
+            None => Ok(Self { picture: PictureSource::Read(Arc::new(picture)), ..self.clone() }),
+            Some(index) => {
+                let width = picture.size[0] as usize;
+                let (column, row) = (index % width, index / width);
+                Err(EnvironmentError::NotFinite { path: path.clone(), column, row })
+            }
+        }
+    }
+}
+
+impl LightSettings for EnvironmentLight {
+    fn kind(&self) -> &'static str {
+        KIND.name
+    }
+
+    fn parameters(&self) -> Parameters<'_> {
+        vec![
+            ("file", Parameter::Picture(&self.picture)),
+            ("scale", Parameter::Number(self.scale)),
+            ("to_world", Parameter::Placement(self.to_world)),
+        ]
+    }
+
+    /// Mitsuba calls the file otherwise, and must not have a translation.
+    fn mitsuba_parameters(&self) -> Parameters<'_> {
+        vec![
+            ("filename", Parameter::Picture(&self.picture)),
+            ("scale", Parameter::Number(self.scale)),
+            ("to_world", Parameter::Placement(DAffine3::from_mat3(self.to_world.matrix3))),
+        ]
+    }
+}
+
+/// Whether a map only turns and mirrors.
+fn turns(map: &DMat3) -> bool {
+    similarity_scale(map).is_some_and(|scale| (scale - 1.0).abs() < 1e-9)
+}
 
 /// Mitsuba's `envmap`: longitude along the rows, latitude down the columns.
 ///
@@ -30,9 +130,8 @@ impl EnvironmentMap {
     /// None if `to_world` does more than turn and mirror, or a pixel is not finite.
     pub(super) fn try_new(picture: &Arc<Picture>, scale: f64, to_world: &DAffine3) -> Option<Self> {
         let to_world = to_world.matrix3;
-        let turns = similarity_scale(&to_world).is_some_and(|scale| (scale - 1.0).abs() < 1e-9);
         let finite = picture.pixels.iter().flatten().all(|value| value.is_finite());
-        if !(turns && finite && scale.is_finite()) {
+        if !(turns(&to_world) && finite && scale.is_finite()) {
             return None;
         }
         let picture = padded(picture);

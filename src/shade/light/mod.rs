@@ -1,105 +1,150 @@
-//! Lights.
+//! Lights: Mitsuba's, by its names and with its defaults.
+//!
+//! Each is in a file of its own: its parameters, how they are read, and how it is sampled. To add one, write such a file, and
+//! list it here in [`Light`], among its [kinds](Light::kinds) and in `Emitter`.
 
 mod area;
+mod constant;
 mod directional;
-mod disk;
 mod envmap;
 mod object;
 mod point;
-mod rectangle;
-mod sphere;
 mod spot;
 #[cfg(test)]
 mod tests;
 
-use std::sync::Arc;
-
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use thiserror::Error;
 
-use self::area::{AreaLight, Shape};
-use self::disk::Disk;
+use self::area::AreaEmitter;
 use self::envmap::EnvironmentMap;
-use self::object::ObjectLight;
-use self::rectangle::Rectangle;
-use self::sphere::Sphere;
+use self::object::ObjectEmitter;
 use self::spot::Spot;
+use super::parameters::{ParameterSource, Parameters, PictureSource};
 use super::warp;
-use crate::film::Picture;
+use crate::film::PictureLimits;
 use crate::trace::{Ray, SurfaceInteraction, TracedObject};
 
-pub use area::ShapeHit;
+pub use area::{AreaLight, AreaShape, ShapeHit};
+pub use constant::ConstantLight;
+pub use directional::DirectionalLight;
+pub use envmap::{EnvironmentError, EnvironmentLight};
+pub use object::ObjectLight;
+pub use point::PointLight;
+pub use spot::SpotLight;
 
 /// A light as the scene file gives it; colours are linear RGB.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Light {
     /// The same radiance from every direction.
-    Constant {
-        /// Radiance.
-        radiance: DVec3,
-    },
-    /// A picture around the scene: longitude along its rows, +y of `to_world` above the first one.
-    Envmap {
-        /// Radiance before it is scaled.
-        picture: Arc<Picture>,
-        /// Factor of the radiance.
-        scale: f64,
-        /// Turns the picture, and may mirror it; nothing else.
-        to_world: DAffine3,
-    },
+    Constant(ConstantLight),
+    /// A picture around the scene.
+    Envmap(EnvironmentLight),
     /// A point that shines alike in all directions.
-    Point {
-        /// Where it is.
-        position: DVec3,
-        /// Radiant intensity (power per solid angle).
-        intensity: DVec3,
-    },
+    Point(PointLight),
     /// Light that comes from infinitely far.
-    Directional {
-        /// The way it goes, of any length but 0.
-        direction: DVec3,
-        /// Irradiance of a surface that faces it.
-        irradiance: DVec3,
-    },
-    /// A point that shines into a cone around +z, placed by `to_world`.
-    Spot {
-        /// Places the cone in the world.
-        to_world: DAffine3,
-        /// Radiant intensity within `beam_width`.
-        intensity: DVec3,
-        /// Degrees from the axis beyond which it is dark.
-        cutoff_angle: f64,
-        /// Degrees from the axis up to which it is not dimmed; at most `cutoff_angle`.
-        beam_width: f64,
-    },
-    /// The rectangle `[-1, 1]²` of the plane z = 0, shining to the side of +z, placed by `to_world`.
-    Rectangle {
-        /// Places the rectangle in the world.
-        to_world: DAffine3,
-        /// Radiance emitted.
-        radiance: DVec3,
-    },
-    /// The unit disk of the plane z = 0, shining to the side of +z, placed by `to_world`.
-    Disk {
-        /// Places the disk in the world.
-        to_world: DAffine3,
-        /// Radiance emitted.
-        radiance: DVec3,
-    },
-    /// The unit sphere, shining outwards, or inwards if `to_world` mirrors it.
-    Sphere {
-        /// Places the sphere in the world; scales all axes alike.
-        to_world: DAffine3,
-        /// Radiance emitted.
-        radiance: DVec3,
-    },
-    /// An object of the scene, shining to the side from which its faces wind counter-clockwise.
-    Object {
-        /// Index of the object.
-        object: usize,
-        /// Radiance emitted.
-        radiance: DVec3,
-    },
+    Directional(DirectionalLight),
+    /// A point that shines into a cone.
+    Spot(SpotLight),
+    /// A shape that shines.
+    Area(AreaLight),
+    /// An object of the scene that shines.
+    Object(ObjectLight),
+}
+
+/// The kinds of light, in the order that messages list them.
+const KINDS: &[&[LightKind]] = &[
+    &[constant::KIND, envmap::KIND, point::KIND, directional::KIND, spot::KIND],
+    area::KINDS,
+    &[object::KIND],
+];
+
+/// A kind of light.
+#[derive(Clone, Copy, Debug)]
+pub struct LightKind {
+    /// Its name in scene files.
+    pub name: &'static str,
+    /// The shape that shines, of area lights.
+    pub shape: Option<&'static str>,
+    /// The names of its parameters.
+    pub keys: &'static [&'static str],
+    /// Whether it surrounds the scene.
+    pub surrounds: bool,
+    /// Reads the parameters; only faults that the source is told of make it none.
+    pub read: fn(&dyn ParameterSource) -> Option<Light>,
+}
+
+/// What all lights have.
+trait LightSettings {
+    /// The light's name in scene files.
+    fn kind(&self) -> &'static str;
+
+    /// The shape that shines, of area lights.
+    fn shape(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// All parameters.
+    fn parameters(&self) -> Parameters<'_>;
+
+    /// The parameters as Mitsuba must have them.
+    fn mitsuba_parameters(&self) -> Parameters<'_> {
+        self.parameters()
+    }
+}
+
+impl Light {
+    /// All kinds, in the order that messages list them; area lights once for each shape.
+    pub fn kinds() -> impl Iterator<Item = &'static LightKind> {
+        KINDS.iter().copied().flatten()
+    }
+
+    fn settings(&self) -> &dyn LightSettings {
+        match self {
+            Self::Constant(light) => light,
+            Self::Envmap(light) => light,
+            Self::Point(light) => light,
+            Self::Directional(light) => light,
+            Self::Spot(light) => light,
+            Self::Area(light) => light,
+            Self::Object(light) => light,
+        }
+    }
+
+    /// Its name in scene files.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        self.settings().kind()
+    }
+
+    /// The shape that shines, of area lights, by its name in scene files.
+    #[must_use]
+    pub fn shape(&self) -> Option<&'static str> {
+        self.settings().shape()
+    }
+
+    /// All parameters.
+    #[must_use]
+    pub fn parameters(&self) -> Parameters<'_> {
+        self.settings().parameters()
+    }
+
+    /// The parameters as Mitsuba must have them, where they differ from [`Self::parameters`].
+    #[must_use]
+    pub fn mitsuba_parameters(&self) -> Parameters<'_> {
+        self.settings().mitsuba_parameters()
+    }
+
+    /// The same light, its picture read if it has one.
+    ///
+    /// # Errors
+    /// If the picture cannot be read or is larger than allowed, or a pixel is not finite.
+    pub fn with_picture(&self, limits: PictureLimits) -> Result<Self, EnvironmentError> {
+        match self {
+            Self::Envmap(light) => light.with_picture(limits).map(Self::Envmap),
+            other => Ok(other.clone()),
+        }
+    }
 }
 
 /// Why lights cannot be used.
@@ -130,6 +175,12 @@ pub enum LightError {
     /// An environment map that cannot be used.
     #[error("light {light}: to_world of an envmap must only turn or mirror, and its numbers must be finite")]
     Envmap {
+        /// Index of the light.
+        light: usize,
+    },
+    /// An environment map whose picture is still a file.
+    #[error("light {light}: the picture of the envmap is not read yet")]
+    Unread {
         /// Index of the light.
         light: usize,
     },
@@ -190,13 +241,14 @@ pub struct LightHit {
 /// A light ready for sampling.
 #[derive(Clone, Debug, PartialEq)]
 enum Emitter {
-    Constant(DVec3),
+    Constant(ConstantLight),
     Envmap(EnvironmentMap),
-    Point { position: DVec3, intensity: DVec3 },
-    Directional { direction: DVec3, irradiance: DVec3 },
+    Point(PointLight),
+    /// Its direction has length 1.
+    Directional(DirectionalLight),
     Spot(Spot),
-    Area(AreaLight),
-    Object(ObjectLight),
+    Area(AreaEmitter),
+    Object(ObjectEmitter),
 }
 
 /// The lights of a scene, chosen among uniformly, as in Mitsuba.
@@ -218,12 +270,12 @@ impl LightSet {
         let mut set = Self::default();
         for (light, settings) in lights.iter().enumerate() {
             match settings {
-                Light::Constant { .. } | Light::Envmap { .. } => {
+                Light::Constant(_) | Light::Envmap(_) => {
                     if let Some(first) = set.environment.replace(light) {
                         return Err(LightError::TwoEnvironments { first, second: light });
                     }
                 }
-                Light::Object { object, .. } => set.mark(light, *object, objects.len())?,
+                Light::Object(shining) => set.mark(light, shining.object, objects.len())?,
                 _ => {}
             }
             set.emitters.push(Emitter::try_new(settings, light, objects)?);
@@ -270,18 +322,10 @@ impl LightSet {
         )]
         let light = (choice * count) as usize;
         let sample = match self.emitters.get(light)? {
-            Emitter::Constant(radiance) => Some(LightSample {
-                direction: warp::uniform_sphere(u),
-                end: None,
-                weight: *radiance / warp::UNIFORM_SPHERE_PDF,
-                pdf: warp::UNIFORM_SPHERE_PDF,
-                is_delta: false,
-            }),
+            Emitter::Constant(sky) => Some(sky.sample(u)),
             Emitter::Envmap(map) => map.sample(u),
-            Emitter::Point { position, intensity } => point::sample(from, *position, *intensity),
-            Emitter::Directional { direction, irradiance } => {
-                Some(directional::sample(*direction, *irradiance))
-            }
+            Emitter::Point(point) => point.sample(from),
+            Emitter::Directional(light) => Some(light.sample()),
             Emitter::Spot(spot) => spot.sample(from),
             Emitter::Area(area) => area.sample(from, u, light),
             Emitter::Object(object) => object.sample(from, u, light),
@@ -292,7 +336,7 @@ impl LightSet {
     /// Radiance that comes from around the scene, back along a ray's direction of any length but 0.
     pub fn environment_radiance(&self, direction: DVec3) -> DVec3 {
         match self.environment.map(|light| &self.emitters[light]) {
-            Some(Emitter::Constant(radiance)) => *radiance,
+            Some(Emitter::Constant(sky)) => sky.radiance,
             Some(Emitter::Envmap(map)) => map.radiance(direction),
             _ => DVec3::ZERO,
         }
@@ -337,7 +381,7 @@ impl LightSet {
             .map_or(0.0, |object| object.hit_pdf(hit, direction, distance) / self.emitters.len() as f64)
     }
 
-    fn object(&self, hit: &SurfaceInteraction) -> Option<&ObjectLight> {
+    fn object(&self, hit: &SurfaceInteraction) -> Option<&ObjectEmitter> {
         match &self.emitters[self.light_of(hit.object as usize)?] {
             Emitter::Object(object) => Some(object),
             _ => None,
@@ -370,36 +414,22 @@ impl LightSet {
 
 impl Emitter {
     fn try_new(settings: &Light, light: usize, objects: &[TracedObject]) -> Result<Self, LightError> {
-        let flat = LightError::FlatShape { light };
         let no_direction = LightError::NoDirection { light };
-        let area = |shape, radiance: &DVec3| Self::Area(AreaLight { shape, radiance: *radiance });
         Ok(match settings {
-            Light::Constant { radiance } => Self::Constant(*radiance),
-            Light::Envmap { picture, scale, to_world } => Self::Envmap(
-                EnvironmentMap::try_new(picture, *scale, to_world).ok_or(LightError::Envmap { light })?,
-            ),
-            Light::Point { position, intensity } => {
-                Self::Point { position: *position, intensity: *intensity }
+            Light::Constant(sky) => Self::Constant(*sky),
+            Light::Envmap(map) => {
+                let PictureSource::Read(picture) = &map.picture else {
+                    return Err(LightError::Unread { light });
+                };
+                let map = EnvironmentMap::try_new(picture, map.scale, &map.to_world);
+                Self::Envmap(map.ok_or(LightError::Envmap { light })?)
             }
-            Light::Directional { direction, irradiance } => Self::Directional {
-                direction: direction.try_normalize().ok_or(no_direction)?,
-                irradiance: *irradiance,
-            },
-            Light::Spot { to_world, intensity, cutoff_angle, beam_width } => Self::Spot(
-                Spot::try_new(to_world, *intensity, [*cutoff_angle, *beam_width]).ok_or(no_direction)?,
-            ),
-            Light::Rectangle { to_world, radiance } => {
-                area(Shape::Rectangle(Rectangle::try_new(to_world).ok_or(flat)?), radiance)
-            }
-            Light::Disk { to_world, radiance } => {
-                area(Shape::Disk(Disk::try_new(to_world).ok_or(flat)?), radiance)
-            }
-            Light::Sphere { to_world, radiance } => {
-                let sphere = Sphere::try_new(to_world).ok_or(LightError::NotRound { light })?;
-                area(Shape::Sphere(sphere), radiance)
-            }
-            Light::Object { object, radiance } => {
-                Self::Object(ObjectLight::new(&objects[*object], *radiance))
+            Light::Point(point) => Self::Point(*point),
+            Light::Directional(sun) => Self::Directional(sun.normalized().ok_or(no_direction)?),
+            Light::Spot(spot) => Self::Spot(Spot::try_new(spot).ok_or(no_direction)?),
+            Light::Area(area) => Self::Area(AreaEmitter::try_new(area, light)?),
+            Light::Object(shining) => {
+                Self::Object(ObjectEmitter::new(&objects[shining.object], shining.radiance))
             }
         })
     }

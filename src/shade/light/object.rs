@@ -2,11 +2,47 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{LightEnd, LightSample};
+use super::{Light, LightEnd, LightKind, LightSample, LightSettings};
 use crate::math::polygon::{self, Side};
 use crate::patch::TrimmedPatch;
 use crate::shade::distribution::Discrete;
+use crate::shade::parameters::{Parameter, Parameters};
 use crate::trace::{SurfaceInteraction, TracedObject, surface_error};
+
+/// Mitsuba's `area`, of a shape that is an object of the scene.
+pub(super) const KIND: LightKind = LightKind {
+    name: "area",
+    shape: Some("object"),
+    keys: &["shape", "object", "radiance"],
+    surrounds: false,
+    read: |source| {
+        let radiance = source.emission("radiance");
+        Some(Light::Object(ObjectLight { object: source.object("object")?, radiance }))
+    },
+};
+
+/// An object of the scene, shining to the side from which its faces wind counter-clockwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObjectLight {
+    /// Index of the object.
+    pub object: usize,
+    /// Radiance emitted.
+    pub radiance: DVec3,
+}
+
+impl LightSettings for ObjectLight {
+    fn kind(&self) -> &'static str {
+        KIND.name
+    }
+
+    fn shape(&self) -> Option<&'static str> {
+        KIND.shape
+    }
+
+    fn parameters(&self) -> Parameters<'_> {
+        vec![("object", Parameter::Object(self.object)), ("radiance", Parameter::Colour(self.radiance))]
+    }
+}
 
 /// Greatest ratio of the area elements |∂p/∂s × ∂p/∂t| within a cell that is not divided further. The
 /// weights of its samples then are at most half above their mean.
@@ -24,7 +60,7 @@ const MAX_CELLS: u32 = 8;
 /// element over the sum of all, and that by area is this over the element at the point: exact, though
 /// the surface's area is only nearly known. Faces that overlap in one plane are drawn once for each.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct ObjectLight {
+pub(super) struct ObjectEmitter {
     radiance: DVec3,
     patches: Vec<EmittingPatch>,
     /// For each of the object's patches, its index in `patches`: those with curved borders between them are drawn as one.
@@ -55,7 +91,7 @@ struct Triangle {
     corners: [DVec2; 3],
 }
 
-impl ObjectLight {
+impl ObjectEmitter {
     pub(super) fn new(object: &TracedObject, radiance: DVec3) -> Self {
         let mut light = Self {
             radiance,

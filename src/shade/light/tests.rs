@@ -1,10 +1,12 @@
 //! Lights against closed forms, their own densities, and Mitsuba.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use glam::{DAffine3, DQuat};
 
 use super::*;
+use crate::film::Picture;
 use crate::shade::Sampler;
 use crate::subdivide::FrameChoice;
 use crate::test_support::{Noise, ball_triangles, deform, random_volume};
@@ -17,22 +19,23 @@ fn set_of(lights: &[Light]) -> LightSet {
 fn square(z: f64) -> Light {
     // shines downwards
     let turn = DAffine3::from_rotation_x(PI);
-    Light::Rectangle {
+    Light::Area(AreaLight {
+        shape: AreaShape::Rectangle,
         to_world: DAffine3::from_translation(DVec3::new(0.0, 0.0, z)) * turn,
         radiance: DVec3::splat(2.0),
-    }
+    })
 }
 
 fn ball(centre: DVec3, radius: f64) -> Light {
     let to_world = DAffine3::from_scale_rotation_translation(DVec3::splat(radius), DQuat::IDENTITY, centre);
-    Light::Sphere { to_world, radiance: DVec3::splat(2.0) }
+    Light::Area(AreaLight { shape: AreaShape::Sphere, to_world, radiance: DVec3::splat(2.0) })
 }
 
 fn disk() -> Light {
     let to_world = DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0))
         * DAffine3::from_rotation_y(40.0_f64.to_radians())
         * DAffine3::from_scale(DVec3::new(2.0, 0.5, 1.0));
-    Light::Disk { to_world, radiance: DVec3::splat(2.0) }
+    Light::Area(AreaLight { shape: AreaShape::Disk, to_world, radiance: DVec3::splat(2.0) })
 }
 
 /// 4 x 3 pixels of three kinds of pattern, one with black in it.
@@ -44,7 +47,7 @@ fn picture() -> Arc<Picture> {
 }
 
 fn envmap(to_world: DAffine3) -> Light {
-    Light::Envmap { picture: picture(), scale: 2.0, to_world }
+    Light::Envmap(EnvironmentLight { picture: PictureSource::Read(picture()), scale: 2.0, to_world })
 }
 
 /// A ball deformed by a shaken lattice, as an object of two; it shines.
@@ -59,7 +62,8 @@ fn deformed_ball(degree: [usize; 3], rational: bool) -> (LightSet, TracedScene) 
         object("dark", deform(&triangles, None, FrameChoice::Parallelogram)),
         object("lamp", deform(&ball_triangles(), Some(&volume), FrameChoice::Parallelogram)),
     ];
-    let lights = LightSet::try_new(&[Light::Object { object: 1, radiance: DVec3::splat(3.0) }], &objects);
+    let lights =
+        LightSet::try_new(&[Light::Object(ObjectLight { object: 1, radiance: DVec3::splat(3.0) })], &objects);
     (lights.unwrap(), TracedScene::new(objects))
 }
 
@@ -158,19 +162,26 @@ fn densities_are_those_of_the_samples() {
     assert_density(&set, from, 1.0, shape_pdf(&set, from));
     // seen from inside: the density by area differs over the sphere
     let mirrored = DAffine3::from_scale(DVec3::new(2.0, 2.0, -2.0));
-    let set = set_of(&[Light::Sphere { to_world: mirrored, radiance: DVec3::ONE }]);
+    let set = set_of(&[Light::Area(AreaLight {
+        shape: AreaShape::Sphere,
+        to_world: mirrored,
+        radiance: DVec3::ONE,
+    })]);
     assert_density(&set, DVec3::new(0.3, 1.1, 0.2), 1.0, shape_pdf(&set, DVec3::new(0.3, 1.1, 0.2)));
     let turn = DAffine3::from_quat(DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 1.1, -0.7));
     let set = set_of(&[envmap(turn)]);
     assert_density(&set, from, 1.0, |direction| set.environment_pdf(2.0 * direction));
-    let set = set_of(&[Light::Constant { radiance: DVec3::ONE }]);
+    let set = set_of(&[Light::Constant(ConstantLight { radiance: DVec3::ONE })]);
     assert_density(&set, from, 1.0, |direction| set.environment_pdf(direction));
 }
 
 #[test]
 fn densities_of_samples_and_hits_agree() {
-    let lights =
-        [square(1.5), Light::Constant { radiance: DVec3::ONE }, ball(DVec3::new(3.0, 0.0, 0.0), 1.0)];
+    let lights = [
+        square(1.5),
+        Light::Constant(ConstantLight { radiance: DVec3::ONE }),
+        ball(DVec3::new(3.0, 0.0, 0.0), 1.0),
+    ];
     let set = set_of(&lights);
     let from = DVec3::new(0.3, -0.2, 0.1);
     let mut seen = [0; 3];
@@ -233,12 +244,16 @@ fn closed_forms_of_irradiance() {
     let to_world = DAffine3::from_translation(0.8 * DVec3::Z)
         * DAffine3::from_rotation_x(PI)
         * DAffine3::from_scale(DVec3::splat(1.5));
-    let lamp = Light::Disk { to_world, radiance: DVec3::splat(2.0) };
+    let lamp = Light::Area(AreaLight { shape: AreaShape::Disk, to_world, radiance: DVec3::splat(2.0) });
     let want = PI * 2.0 * 1.5 * 1.5 / (1.5 * 1.5 + 0.8 * 0.8);
     assert_near(irradiance(&set_of(&[lamp]), DVec3::ZERO, DVec3::Z, |_| true), want, 0.01);
     // inside a shining sphere: π L everywhere
     let mirrored = DAffine3::from_scale(DVec3::new(2.0, 2.0, -2.0));
-    let set = set_of(&[Light::Sphere { to_world: mirrored, radiance: DVec3::splat(2.0) }]);
+    let set = set_of(&[Light::Area(AreaLight {
+        shape: AreaShape::Sphere,
+        to_world: mirrored,
+        radiance: DVec3::splat(2.0),
+    })]);
     assert_near(irradiance(&set, DVec3::new(0.3, 1.1, 0.2), DVec3::Y, |_| true), 2.0 * PI, 0.01);
 }
 
@@ -251,7 +266,7 @@ fn spots_are_those_of_mitsuba() {
         DAffine3::from_mat3_translation(glam::DMat3::from_cols(x, z.cross(x), z), DVec3::new(1.0, 2.0, 3.0));
     let spot = |to_world, cutoff_angle, beam_width| {
         let intensity = DVec3::new(3.0, 2.0, 1.0);
-        set_of(&[Light::Spot { to_world, intensity, cutoff_angle, beam_width }])
+        set_of(&[Light::Spot(SpotLight { to_world, intensity, cutoff_angle, beam_width })])
     };
     let set = spot(place, 30.0, 12.0);
     for (x, y, z, want) in [
@@ -283,7 +298,8 @@ fn spots_are_those_of_mitsuba() {
 #[test]
 fn directional_light_comes_against_its_direction() {
     let irradiance = DVec3::new(3.0, 2.0, 1.0);
-    let set = set_of(&[Light::Directional { direction: DVec3::new(1.0, 2.0, -2.0), irradiance }]);
+    let set =
+        set_of(&[Light::Directional(DirectionalLight { direction: DVec3::new(1.0, 2.0, -2.0), irradiance })]);
     let sample = set.sample(DVec3::ZERO, 0.3, DVec2::ZERO).unwrap();
     assert!((sample.direction - DVec3::new(-1.0, -2.0, 2.0) / 3.0).length() < 1e-15);
     assert_eq!((sample.weight, sample.pdf, sample.is_delta, sample.end), (irradiance, 1.0, true, None));
@@ -342,10 +358,12 @@ fn environment_maps_turn() {
 fn small_and_black_environment_maps() {
     // one pixel is everywhere
     let one = Arc::new(Picture { size: [1, 1], pixels: vec![[1.0, 2.0, 3.0]] });
-    let map = |picture: &Arc<Picture>| Light::Envmap {
-        picture: Arc::clone(picture),
-        scale: 0.5,
-        to_world: DAffine3::IDENTITY,
+    let map = |picture: &Arc<Picture>| {
+        Light::Envmap(EnvironmentLight {
+            picture: PictureSource::Read(Arc::clone(picture)),
+            scale: 0.5,
+            to_world: DAffine3::IDENTITY,
+        })
     };
     let set = set_of(&[map(&one)]);
     for i in 0..100 {
@@ -359,7 +377,7 @@ fn small_and_black_environment_maps() {
     let broken = Arc::new(Picture { size: [1, 1], pixels: vec![[f32::NAN, 0.0, 0.0]] });
     assert_eq!(LightSet::try_new(&[map(&broken)], &[]), Err(LightError::Envmap { light: 0 }));
     let mut scaled = map(&one);
-    if let Light::Envmap { to_world, .. } = &mut scaled {
+    if let Light::Envmap(EnvironmentLight { to_world, .. }) = &mut scaled {
         *to_world = DAffine3::from_scale(DVec3::splat(2.0));
     }
     assert_eq!(LightSet::try_new(&[scaled], &[]), Err(LightError::Envmap { light: 0 }));
@@ -369,10 +387,12 @@ fn small_and_black_environment_maps() {
 fn shapes_are_those_of_mitsuba() {
     // ray, place on the shape, texture coordinates; printed by Mitsuba 3.9.1
     let turn = DAffine3::from_axis_angle(DVec3::new(0.0, 0.6, 0.8), 30.0_f64.to_radians());
-    let Light::Sphere { to_world, radiance } = ball(DVec3::new(1.0, 2.0, 3.0), 0.5) else {
+    let Light::Area(AreaLight { shape: AreaShape::Sphere, to_world, radiance }) =
+        ball(DVec3::new(1.0, 2.0, 3.0), 0.5)
+    else {
         panic!("a sphere")
     };
-    let sphere = Light::Sphere { to_world: turn * to_world, radiance };
+    let sphere = Light::Area(AreaLight { shape: AreaShape::Sphere, to_world: turn * to_world, radiance });
     let cases = [
         (
             sphere,
@@ -500,18 +520,27 @@ fn irradiance_of_an_object_by_three_ways() {
 
 #[test]
 fn unusable_lights_are_refused() {
-    let sky = Light::Constant { radiance: DVec3::ONE };
+    let sky = Light::Constant(ConstantLight { radiance: DVec3::ONE });
     let refused = |lights: &[Light]| LightSet::try_new(lights, &[]).unwrap_err();
     let want = LightError::TwoEnvironments { first: 0, second: 2 };
     assert_eq!(refused(&[sky.clone(), square(1.0), envmap(DAffine3::IDENTITY)]), want);
     let to_world = DAffine3::from_scale(DVec3::new(0.0, 1.0, 1.0));
     let radiance = DVec3::ONE;
-    assert_eq!(refused(&[Light::Rectangle { to_world, radiance }]), LightError::FlatShape { light: 0 });
-    assert_eq!(refused(&[sky, Light::Disk { to_world, radiance }]), LightError::FlatShape { light: 1 });
-    assert_eq!(refused(&[Light::Sphere { to_world, radiance }]), LightError::NotRound { light: 0 });
-    let still = Light::Directional { direction: DVec3::ZERO, irradiance: DVec3::ONE };
+    assert_eq!(
+        refused(&[Light::Area(AreaLight { shape: AreaShape::Rectangle, to_world, radiance })]),
+        LightError::FlatShape { light: 0 }
+    );
+    assert_eq!(
+        refused(&[sky, Light::Area(AreaLight { shape: AreaShape::Disk, to_world, radiance })]),
+        LightError::FlatShape { light: 1 }
+    );
+    assert_eq!(
+        refused(&[Light::Area(AreaLight { shape: AreaShape::Sphere, to_world, radiance })]),
+        LightError::NotRound { light: 0 }
+    );
+    let still = Light::Directional(DirectionalLight { direction: DVec3::ZERO, irradiance: DVec3::ONE });
     assert_eq!(refused(&[still]), LightError::NoDirection { light: 0 });
-    let missing = Light::Object { object: 0, radiance };
+    let missing = Light::Object(ObjectLight { object: 0, radiance });
     assert_eq!(refused(std::slice::from_ref(&missing)), LightError::Object { light: 0, object: 0 });
     let patches = deform(&ball_triangles(), None, FrameChoice::Parallelogram);
     let objects = [TracedObject { name: "a".into(), patches, attributes: Box::new(NoAttributes) }];

@@ -4,8 +4,8 @@ use glam::{DMat3, DVec3};
 
 use crate::analytic::{Expression, Extension, ExtensionMode, Field, Region};
 use crate::scene::description::DeformDescription;
-use crate::scene::names::quoted;
 use crate::scene::reader::{Converted, Table, Value};
+use crate::suggestion::quoted;
 
 pub(super) const KEYS: &[&str] = &["type", "mode", "center", "axes", "field", "region"];
 

@@ -2,10 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::choice::Choice;
 use crate::model::{DragUsing, Edit, Lattice, MoveTo};
 use crate::scene::description::{DeformDescription, DragPlaces, EditDescription};
 use crate::scene::diagnostic::Located;
-use crate::scene::names::Choice;
 use crate::scene::reader::{Converted, Table, Value};
 use crate::spline::{Axis, SignedAxis};
 

@@ -1,7 +1,10 @@
 use glam::DVec2;
 
 use super::*;
-use crate::shade::material::PrincipledInterface;
+use crate::shade::material::{
+    CoatSource, ConductorSource, DielectricSource, DiffuseSource, GlassSource, MetalSource, PlasticSource,
+    PrincipledInterface, PrincipledSource, RoughConductorSource, RoughDielectricSource, Roughness,
+};
 use crate::shade::testing::surface;
 use crate::shade::texture::{Checkerboard, TextureSource};
 
@@ -18,7 +21,8 @@ fn board(first: f64, second: f64) -> TextureSource {
 fn parameters_are_looked_up_at_the_hit() {
     let (above, aslant) = (DVec3::Z, DVec3::new(0.6, 0.0, 0.8));
     let at = |uv: [f64; 2]| SurfaceInteraction { uv: uv.into(), ..surface(DVec3::Z) };
-    let diffuse = prepared(&Material::Diffuse { reflectance: board(0.25, 0.5), two_sided: true });
+    let diffuse =
+        prepared(&Material::Diffuse(DiffuseSource { reflectance: board(0.25, 0.5), two_sided: true }));
     for (uv, reflectance) in [([0.2, 0.8], 0.25), ([0.2, 0.2], 0.5), ([0.7, 0.8], 0.5)] {
         assert_eq!(diffuse.albedo(&at(uv), above), DVec3::splat(reflectance));
         let got = diffuse.bsdf(&at(uv)).eval(above, aslant).value * PI / 0.8;
@@ -26,8 +30,11 @@ fn parameters_are_looked_up_at_the_hit() {
     }
     // a rougher place reflects less where it is smooth
     let roughness = Roughness { alpha_u: board(0.5, 0.1), alpha_v: board(0.5, 0.1), ..Roughness::default() };
-    let metal =
-        prepared(&Material::RoughConductor { metal: MetalSource::default(), roughness, two_sided: true });
+    let metal = prepared(&Material::RoughConductor(RoughConductorSource {
+        metal: MetalSource::default(),
+        roughness,
+        two_sided: true,
+    }));
     let peaks = [[0.2, 0.8], [0.2, 0.2]].map(|uv| metal.bsdf(&at(uv)).eval(above, above).value.x);
     let want = [0.1, 0.5].map(|alpha: f64| 1.0 / (4.0 * PI * alpha * alpha));
     for (peak, want) in peaks.into_iter().zip(want) {
@@ -44,17 +51,24 @@ fn albedo_is_that_of_mitsuba() {
     let half = DVec3::splat(0.5);
     let cases = [
         (Material::default(), half),
-        (Material::Conductor { metal: gold.clone(), two_sided: true }, DVec3::ZERO),
+        (Material::Conductor(ConductorSource { metal: gold.clone(), two_sided: true }), DVec3::ZERO),
         (
-            Material::RoughConductor { metal: gold, roughness: rough.clone(), two_sided: true },
+            Material::RoughConductor(RoughConductorSource {
+                metal: gold,
+                roughness: rough.clone(),
+                two_sided: true,
+            }),
             DVec3::new(1.163905, 0.9655998, 0.3905993),
         ),
-        (Material::Dielectric { glass: GlassSource::default() }, DVec3::ZERO),
+        (Material::Dielectric(DielectricSource { glass: GlassSource::default() }), DVec3::ZERO),
         (
-            Material::RoughDielectric { glass: GlassSource::default(), roughness: rough },
+            Material::RoughDielectric(RoughDielectricSource {
+                glass: GlassSource::default(),
+                roughness: rough,
+            }),
             DVec3::splat(0.04903807),
         ),
-        (Material::Plastic { coat: CoatSource::default(), two_sided: true }, half),
+        (Material::Plastic(PlasticSource { coat: CoatSource::default(), two_sided: true }), half),
         (Material::Principled(Box::default()), half),
     ];
     for (material, want) in cases {
@@ -71,13 +85,13 @@ fn albedo_is_that_of_mitsuba() {
 fn only_two_sided_materials_reflect_below() {
     let below = DVec3::new(0.6, 0.0, -0.8);
     for two_sided in [true, false] {
-        let rough = Material::RoughConductor {
+        let rough = Material::RoughConductor(RoughConductorSource {
             metal: MetalSource::default(),
             roughness: Roughness::default(),
             two_sided,
-        };
-        let mirror = Material::Conductor { metal: MetalSource::default(), two_sided };
-        let plastic = Material::Plastic { coat: CoatSource::default(), two_sided };
+        });
+        let mirror = Material::Conductor(ConductorSource { metal: MetalSource::default(), two_sided });
+        let plastic = Material::Plastic(PlasticSource { coat: CoatSource::default(), two_sided });
         let principled =
             Material::Principled(Box::new(PrincipledSource { two_sided, ..PrincipledSource::default() }));
         for material in [rough, mirror, plastic, principled] {
@@ -110,6 +124,7 @@ fn missing_pictures_are_named() {
         raw: false,
         to_uv: glam::DAffine2::IDENTITY,
     });
-    let error = PreparedMaterial::try_new(&Material::Diffuse { reflectance, two_sided: true }).unwrap_err();
+    let error = PreparedMaterial::try_new(&Material::Diffuse(DiffuseSource { reflectance, two_sided: true }))
+        .unwrap_err();
     assert!(error.to_string().contains("none.png"), "{error}");
 }

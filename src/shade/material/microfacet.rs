@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 
 use glam::{DVec2, DVec3};
 
+use crate::choice::Choice;
 use crate::shade::warp;
 
 /// Half of 2/√π.
@@ -25,16 +26,28 @@ pub enum MicrofacetDistribution {
     Ggx,
 }
 
+impl Choice for MicrofacetDistribution {
+    const WHAT: &'static str = "distribution";
+    const ALL: &'static [Self] = &[Self::Beckmann, Self::Ggx];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Beckmann => "beckmann",
+            Self::Ggx => "ggx",
+        }
+    }
+}
+
 /// The normals of a rough surface, in its shading frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::shade) struct Microfacets {
+pub(super) struct Microfacets {
     distribution: MicrofacetDistribution,
     /// Roughness along x and y.
     alpha: DVec2,
 }
 
 impl Microfacets {
-    pub(in crate::shade) fn new(distribution: MicrofacetDistribution, alpha: DVec2) -> Self {
+    pub(super) fn new(distribution: MicrofacetDistribution, alpha: DVec2) -> Self {
         Self { distribution, alpha: alpha.max(DVec2::splat(MIN_ALPHA)) }
     }
 

@@ -4,9 +4,10 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
-use super::area::{ShapeHit, ShapePoint, area_pdf};
+use super::shape::{ShapeHit, ShapePoint, area_pdf};
 use crate::math::linear::similarity_scale;
 use crate::math::rounding::gamma;
+use crate::shade::parameters::ParameterSource;
 use crate::shade::warp;
 use crate::trace::Ray;
 
@@ -142,6 +143,19 @@ impl Sphere {
         let angle = libm::atan2(local.truncate().length(), local.z);
         DVec2::new(if turn < 0.0 { turn + 1.0 } else { turn }, FRAC_1_PI * angle)
     }
+}
+
+/// The place of the unit sphere: first `radius`, then `center`, then `to_world`, as in Mitsuba.
+pub(super) fn read_place(source: &dyn ParameterSource, to_world: Option<DAffine3>) -> Option<DAffine3> {
+    let center = source.vector("center", "a point [x, y, z] of finite numbers").unwrap_or(DVec3::ZERO);
+    let radius = source.number("radius", "a number above 0", &|radius| radius > 0.0).unwrap_or(1.0);
+    let to_world = to_world?;
+    if similarity_scale(&to_world.matrix3).is_none() {
+        let message = "to_world of a sphere must scale all axes alike: only disks become ellipses";
+        source.report_value("to_world", message.to_owned());
+        return None;
+    }
+    Some(to_world * (DAffine3::from_translation(center) * DAffine3::from_scale(DVec3::splat(radius))))
 }
 
 #[cfg(test)]

@@ -4,8 +4,8 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_4};
 
 use glam::{DAffine3, DVec2};
 
-use super::area::{ShapeHit, ShapePoint};
 use super::rectangle::Rectangle;
+use super::shape::{ShapeHit, ShapePoint};
 use crate::shade::warp;
 use crate::trace::Ray;
 

@@ -1,11 +1,13 @@
-//! Disney's material of many parameters (Burley 2012 and 2015), as Mitsuba has it.
+//! The lobes of Disney's material (Burley 2012 and 2015), as Mitsuba has them.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::{DVec2, DVec3};
 
-use super::microfacet::{MicrofacetDistribution, Microfacets};
-use super::{BsdfSample, BsdfValue, fresnel};
+use super::super::bsdf::{BsdfSample, BsdfValue};
+use super::super::fresnel;
+use super::super::microfacet::{MicrofacetDistribution, Microfacets};
+use crate::shade::texture::luminance;
 use crate::shade::warp;
 
 /// Least roughness of the main reflection.
@@ -16,19 +18,19 @@ const CLEARCOAT_MASKING_ALPHA: f64 = 0.25;
 
 /// The parameters at a point; all but `eta` in `[0, 1]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::shade) struct Parameters {
-    pub(in crate::shade) base_color: DVec3,
-    pub(in crate::shade) roughness: f64,
-    pub(in crate::shade) anisotropic: f64,
-    pub(in crate::shade) metallic: f64,
-    pub(in crate::shade) spec_trans: f64,
-    pub(in crate::shade) eta: f64,
-    pub(in crate::shade) spec_tint: f64,
-    pub(in crate::shade) sheen: f64,
-    pub(in crate::shade) sheen_tint: f64,
-    pub(in crate::shade) flatness: f64,
-    pub(in crate::shade) clearcoat: f64,
-    pub(in crate::shade) clearcoat_gloss: f64,
+pub(in crate::shade::material) struct Parameters {
+    pub(in crate::shade::material) base_color: DVec3,
+    pub(in crate::shade::material) roughness: f64,
+    pub(in crate::shade::material) anisotropic: f64,
+    pub(in crate::shade::material) metallic: f64,
+    pub(in crate::shade::material) spec_trans: f64,
+    pub(in crate::shade::material) eta: f64,
+    pub(in crate::shade::material) spec_tint: f64,
+    pub(in crate::shade::material) sheen: f64,
+    pub(in crate::shade::material) sheen_tint: f64,
+    pub(in crate::shade::material) flatness: f64,
+    pub(in crate::shade::material) clearcoat: f64,
+    pub(in crate::shade::material) clearcoat_gloss: f64,
 }
 
 /// Lobes weighed by the parameters: a diffuse base with sheen, a microfacet reflection between that of a dielectric and
@@ -37,7 +39,7 @@ pub(in crate::shade) struct Parameters {
 /// It is reciprocal, the transmission by the factor eta². It may reflect more than all light: sheen and retroreflection
 /// are added to the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::shade) struct Principled {
+pub(in crate::shade::material) struct Principled {
     p: Parameters,
     facets: Microfacets,
     coat: ClearCoat,
@@ -78,7 +80,7 @@ struct Probabilities {
 }
 
 impl Principled {
-    pub(in crate::shade) fn new(p: Parameters) -> Self {
+    pub(in crate::shade::material) fn new(p: Parameters) -> Self {
         // Burley 2012, section 5.4
         let aspect = (1.0 - 0.9 * p.anisotropic).max(0.0).sqrt();
         let alpha = p.roughness * p.roughness;
@@ -92,7 +94,7 @@ impl Principled {
         }
     }
 
-    pub(super) fn eval(&self, to_viewer: DVec3, to_light: DVec3) -> BsdfValue {
+    pub(in crate::shade::material) fn eval(&self, to_viewer: DVec3, to_light: DVec3) -> BsdfValue {
         let Some(pair) = self.pair(to_viewer, to_light) else { return BsdfValue::BLACK };
         let pdf = self.pdf(&pair);
         if !(pdf > 0.0 && pdf.is_finite()) {
@@ -116,7 +118,12 @@ impl Principled {
         BsdfValue { value, pdf }
     }
 
-    pub(super) fn sample(&self, to_viewer: DVec3, choice: f64, u: DVec2) -> Option<BsdfSample> {
+    pub(in crate::shade::material) fn sample(
+        &self,
+        to_viewer: DVec3,
+        choice: f64,
+        u: DVec2,
+    ) -> Option<BsdfSample> {
         if !(to_viewer.z != 0.0 && to_viewer.is_finite()) {
             return None;
         }
@@ -127,21 +134,25 @@ impl Principled {
         let mut left = choice - probabilities.diffuse;
         if left < 0.0 {
             let to_light = warp::cosine_hemisphere(u);
-            return BsdfSample::of(to_light, self.eval(to_viewer, to_light), 1.0);
+            return BsdfSample::smooth(to_light, self.eval(to_viewer, to_light), 1.0);
         }
         left -= probabilities.clearcoat;
         if left < 0.0 {
             let to_light = fresnel::reflect(to_viewer, self.coat.sample(u));
-            return BsdfSample::of(to_light, self.above(to_viewer, to_light)?, 1.0);
+            return BsdfSample::smooth(to_light, self.above(to_viewer, to_light)?, 1.0);
         }
         left -= probabilities.transmission;
         if left < 0.0 {
             let to_light = fresnel::refract(to_viewer, m, &interface);
             let through = to_viewer.z * to_light.z < 0.0;
-            return BsdfSample::of(to_light, through.then(|| self.eval(to_viewer, to_light))?, interface.eta);
+            return BsdfSample::smooth(
+                to_light,
+                through.then(|| self.eval(to_viewer, to_light))?,
+                interface.eta,
+            );
         }
         let to_light = fresnel::reflect(to_viewer, m);
-        BsdfSample::of(to_light, self.above(to_viewer, to_light)?, 1.0)
+        BsdfSample::smooth(to_light, self.above(to_viewer, to_light)?, 1.0)
     }
 
     /// The value of a reflection; none if it goes through the surface.
@@ -321,6 +332,6 @@ fn schlick(normal: DVec3, cos: f64, eta: f64) -> DVec3 {
 
 /// A colour without its brightness; white for black.
 fn tint(colour: DVec3) -> DVec3 {
-    let luminance = super::luminance(colour);
+    let luminance = luminance(colour);
     if luminance > 0.0 { colour / luminance } else { DVec3::ONE }
 }

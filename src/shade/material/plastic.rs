@@ -4,24 +4,238 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
+use super::bsdf::{BsdfSample, BsdfValue, is_above};
+use super::fresnel;
 use super::microfacet::{MicrofacetDistribution, Microfacets};
+use super::prepared::{MaterialError, Textures};
 use super::quadrature::gauss_legendre;
-use super::{BsdfSample, BsdfValue, fresnel, is_above};
+use super::refractive_index::{check_media, named_index, read_index};
+use super::roughness::DEFAULT_ALPHA;
+use super::{Material, MaterialKind, MaterialSettings, Model, Prepared, SIDES, read_colour, read_sides};
+use crate::choice::Choice;
+use crate::shade::parameters::{Parameter, ParameterSource, Parameters, choice};
+use crate::shade::texture::{Texture, TextureSource};
 use crate::shade::warp;
+
+const COAT_KEYS: &[&str] =
+    &["int_ior", "ext_ior", "diffuse_reflectance", "specular_reflectance", "nonlinear"];
+
+/// Mitsuba's `plastic`.
+pub(super) const KIND: MaterialKind = MaterialKind {
+    name: "plastic",
+    keys: &[COAT_KEYS, SIDES],
+    read: |source| {
+        Some(Material::Plastic(PlasticSource {
+            coat: CoatSource::read(source),
+            two_sided: read_sides(source).unwrap_or(true),
+        }))
+    },
+};
+
+/// Mitsuba's `roughplastic`.
+pub(super) const ROUGH_KIND: MaterialKind = MaterialKind {
+    name: "roughplastic",
+    keys: &[COAT_KEYS, &["distribution", "alpha"], SIDES],
+    read: |source| {
+        let coat = CoatSource::read(source);
+        check_media(source, coat.int_ior, coat.ext_ior);
+        let alpha = source.number("alpha", "a number of at least 0", &|alpha| alpha >= 0.0);
+        Some(Material::RoughPlastic(RoughPlasticSource {
+            coat,
+            distribution: choice(source, "distribution").unwrap_or_default(),
+            alpha: alpha.unwrap_or(DEFAULT_ALPHA),
+            two_sided: read_sides(source).unwrap_or(true),
+        }))
+    },
+};
+
+/// A diffuse base under a smooth coat.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlasticSource {
+    /// The coat and the base.
+    pub coat: CoatSource,
+    /// Whether both sides reflect.
+    pub two_sided: bool,
+}
+
+/// A diffuse base under a rough coat.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoughPlasticSource {
+    /// The coat and the base, of different indices of refraction.
+    pub coat: CoatSource,
+    /// How the coat's normals are spread.
+    pub distribution: MicrofacetDistribution,
+    /// The coat's roughness.
+    pub alpha: f64,
+    /// Whether both sides reflect.
+    pub two_sided: bool,
+}
+
+/// A diffuse base under a transparent coat.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoatSource {
+    /// Index of refraction of the coat.
+    pub int_ior: f64,
+    /// Index of refraction outside.
+    pub ext_ior: f64,
+    /// Colour of the base.
+    pub diffuse_reflectance: TextureSource,
+    /// Factor of what the coat reflects.
+    pub specular_reflectance: TextureSource,
+    /// Whether light that the coat reflects back to the base takes the base's colour again each time.
+    pub nonlinear: bool,
+}
+
+impl Default for CoatSource {
+    fn default() -> Self {
+        Self {
+            int_ior: named_index("polypropylene"),
+            ext_ior: named_index("air"),
+            diffuse_reflectance: TextureSource::from(0.5),
+            specular_reflectance: TextureSource::from(1.0),
+            nonlinear: false,
+        }
+    }
+}
+
+impl CoatSource {
+    fn read(source: &dyn ParameterSource) -> Self {
+        let default = Self::default();
+        let colour = |key, default| read_colour(source, key, default);
+        Self {
+            int_ior: read_index(source, "int_ior").unwrap_or(default.int_ior),
+            ext_ior: read_index(source, "ext_ior").unwrap_or(default.ext_ior),
+            diffuse_reflectance: colour("diffuse_reflectance", default.diffuse_reflectance),
+            specular_reflectance: colour("specular_reflectance", default.specular_reflectance),
+            nonlinear: source.flag("nonlinear").unwrap_or(default.nonlinear),
+        }
+    }
+
+    fn parameters(&self) -> Parameters<'_> {
+        vec![
+            ("int_ior", Parameter::Number(self.int_ior)),
+            ("ext_ior", Parameter::Number(self.ext_ior)),
+            ("nonlinear", Parameter::Flag(self.nonlinear)),
+            ("diffuse_reflectance", Parameter::ColourTexture(&self.diffuse_reflectance)),
+            ("specular_reflectance", Parameter::ColourTexture(&self.specular_reflectance)),
+        ]
+    }
+}
+
+impl MaterialSettings for PlasticSource {
+    fn kind(&self) -> &'static str {
+        KIND.name
+    }
+
+    fn parameters(&self) -> Parameters<'_> {
+        self.coat.parameters()
+    }
+
+    fn two_sided(&self) -> Option<bool> {
+        Some(self.two_sided)
+    }
+
+    fn prepare(&self, textures: &mut Textures) -> Result<Box<dyn Prepared>, MaterialError> {
+        Ok(Box::new(PreparedPlastic(PreparedCoat::try_new(&self.coat, textures)?)))
+    }
+}
+
+impl MaterialSettings for RoughPlasticSource {
+    fn kind(&self) -> &'static str {
+        ROUGH_KIND.name
+    }
+
+    fn parameters(&self) -> Parameters<'_> {
+        let mut parameters = self.coat.parameters();
+        parameters.push(("distribution", Parameter::Name(self.distribution.name())));
+        parameters.push(("alpha", Parameter::Number(self.alpha)));
+        parameters
+    }
+
+    fn two_sided(&self) -> Option<bool> {
+        Some(self.two_sided)
+    }
+
+    fn prepare(&self, textures: &mut Textures) -> Result<Box<dyn Prepared>, MaterialError> {
+        let coat = PreparedCoat::try_new(&self.coat, textures)?;
+        let rough = RoughCoat::new(self.distribution, self.alpha, coat.eta);
+        Ok(Box::new(PreparedRoughPlastic { coat, rough }))
+    }
+}
+
+#[derive(Debug)]
+struct PreparedCoat {
+    eta: f64,
+    diffuse_reflectance: Texture,
+    specular_reflectance: Texture,
+    nonlinear: bool,
+    specular_weight: f64,
+}
+
+impl PreparedCoat {
+    fn try_new(source: &CoatSource, textures: &mut Textures) -> Result<Self, MaterialError> {
+        let diffuse_reflectance = textures.read(&source.diffuse_reflectance)?;
+        let specular_reflectance = textures.read(&source.specular_reflectance)?;
+        let [diffuse, specular] = [diffuse_reflectance.mean(), specular_reflectance.mean()];
+        // a coat and a base that are black are sampled alike
+        let specular_weight = if diffuse + specular > 0.0 { specular / (diffuse + specular) } else { 0.5 };
+        let (eta, nonlinear) = (source.int_ior / source.ext_ior, source.nonlinear);
+        Ok(Self { eta, diffuse_reflectance, specular_reflectance, nonlinear, specular_weight })
+    }
+
+    fn at(&self, uv: DVec2) -> Coat {
+        Coat {
+            eta: self.eta,
+            diffuse_reflectance: self.diffuse_reflectance.colour(uv),
+            specular_reflectance: self.specular_reflectance.colour(uv),
+            nonlinear: self.nonlinear,
+            specular_weight: self.specular_weight,
+        }
+    }
+}
+
+#[derive(Debug)]
+struct PreparedPlastic(PreparedCoat);
+
+impl Prepared for PreparedPlastic {
+    fn model(&self, uv: DVec2) -> Model<'_> {
+        Model::Plastic(Plastic(self.0.at(uv)))
+    }
+
+    fn diffuse_colour(&self, uv: DVec2) -> Option<DVec3> {
+        Some(self.0.diffuse_reflectance.colour(uv))
+    }
+}
+
+#[derive(Debug)]
+struct PreparedRoughPlastic {
+    coat: PreparedCoat,
+    rough: RoughCoat,
+}
+
+impl Prepared for PreparedRoughPlastic {
+    fn model(&self, uv: DVec2) -> Model<'_> {
+        Model::RoughPlastic(RoughPlastic { coat: self.coat.at(uv), rough: &self.rough })
+    }
+
+    fn diffuse_colour(&self, uv: DVec2) -> Option<DVec3> {
+        Some(self.coat.diffuse_reflectance.colour(uv))
+    }
+}
 
 /// The coat's optics and colours at a point, for both kinds of coat.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::shade) struct Coat {
+pub(super) struct Coat {
     /// Index of refraction inside over that outside.
-    pub(in crate::shade) eta: f64,
+    pub(super) eta: f64,
     /// Colour of the base.
-    pub(in crate::shade) diffuse_reflectance: DVec3,
+    pub(super) diffuse_reflectance: DVec3,
     /// Factor of what the coat reflects.
-    pub(in crate::shade) specular_reflectance: DVec3,
+    pub(super) specular_reflectance: DVec3,
     /// Whether light that the coat reflects back to the base takes the base's colour again each time.
-    pub(in crate::shade) nonlinear: bool,
+    pub(super) nonlinear: bool,
     /// Mean specular reflectance over its sum with the mean diffuse one, by which samples go to the coat.
-    pub(in crate::shade) specular_weight: f64,
+    pub(super) specular_weight: f64,
 }
 
 impl Coat {
@@ -44,7 +258,7 @@ impl Coat {
 
 /// A smooth coat over a diffuse base.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::shade) struct Plastic(pub(in crate::shade) Coat);
+pub(super) struct Plastic(pub(super) Coat);
 
 impl Plastic {
     /// The base alone: the coat's reflection is a delta distribution.
@@ -94,7 +308,7 @@ impl Plastic {
 
 /// What a rough coat lets through, computed once for a material.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::shade) struct RoughCoat {
+pub(super) struct RoughCoat {
     facets: Microfacets,
     /// Share that is transmitted from outside, at cosines from 0 to 1 in equal steps.
     transmittance: Vec<f64>,
@@ -106,7 +320,7 @@ pub(in crate::shade) struct RoughCoat {
 const COSINES: usize = 64;
 
 impl RoughCoat {
-    pub(in crate::shade) fn new(distribution: MicrofacetDistribution, alpha: f64, eta: f64) -> Self {
+    pub(super) fn new(distribution: MicrofacetDistribution, alpha: f64, eta: f64) -> Self {
         let facets = Microfacets::new(distribution, DVec2::splat(alpha));
         let viewers = (0..COSINES).map(|i| {
             let cos = (i as f64 / (COSINES - 1) as f64).max(1e-6);
@@ -182,9 +396,9 @@ fn reflected(facets: &Microfacets, viewer: DVec3, eta: f64, rule: &Rule) -> f64 
 
 /// A rough coat over a diffuse base.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::shade) struct RoughPlastic<'a> {
-    pub(in crate::shade) coat: Coat,
-    pub(in crate::shade) rough: &'a RoughCoat,
+pub(super) struct RoughPlastic<'a> {
+    pub(super) coat: Coat,
+    pub(super) rough: &'a RoughCoat,
 }
 
 impl RoughPlastic<'_> {
@@ -220,6 +434,6 @@ impl RoughPlastic<'_> {
         } else {
             warp::cosine_hemisphere(u)
         };
-        BsdfSample::of(to_light, self.eval(to_viewer, to_light), 1.0)
+        BsdfSample::smooth(to_light, self.eval(to_viewer, to_light), 1.0)
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::*;
-use crate::shade::bsdf::quadrature::gauss_legendre;
+use crate::shade::material::quadrature::gauss_legendre;
 use crate::shade::{Sampler, warp};
 
 /// All models with a smooth part, away from their defaults.

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::area::{ShapeHit, ShapePoint};
+use super::shape::{ShapeHit, ShapePoint};
 use crate::math::rounding::gamma;
 use crate::trace::Ray;
 

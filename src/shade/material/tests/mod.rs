@@ -6,6 +6,11 @@ mod physics;
 mod reference_values;
 mod sides;
 
+use super::conductor::Metal;
+use super::dielectric::Glass;
+use super::microfacet::Microfacets;
+use super::plastic::{Coat, RoughCoat};
+use super::principled::PrincipledParameters;
 use super::*;
 use MicrofacetDistribution::{Beckmann, Ggx};
 
