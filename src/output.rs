@@ -1,6 +1,6 @@
 //! Files that are whole or not there.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -140,6 +140,8 @@ fn folder_place(path: &Path, own: OwnFolder<'_>) -> Result<PathBuf, OutputError>
 /// A folder in the same folder, removed when dropped unless it took the other's place.
 struct FolderBeside {
     path: PathBuf,
+    /// Locked as [`Beside::file`]; none where folders cannot be opened.
+    _lock: Option<File>,
     kept: bool,
 }
 
@@ -147,7 +149,8 @@ impl FolderBeside {
     fn create(path: &Path) -> Result<Self, OutputError> {
         let beside = beside(path)?;
         fs::create_dir(&beside).map_err(|source| OutputError::Io { path: path.into(), source })?;
-        Ok(Self { path: beside, kept: false })
+        let lock = File::open(&beside).ok().filter(|folder| folder.try_lock().is_ok());
+        Ok(Self { path: beside, _lock: lock, kept: false })
     }
 
     fn add(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
@@ -210,9 +213,22 @@ impl Target {
                 Err(source) => Err(OutputError::Io { path: path.into(), source }),
             },
             Ok(_) => Ok(Self::Special(path.into())),
-            Err(_) => Ok(Self::Regular(path.into())),
+            // nothing there yet, perhaps at the end of a link
+            Err(_) => linked(path).map(Self::Regular),
         }
     }
+}
+
+/// Where a path leads that has no file yet: what its link names, if it is one, from the link's folder.
+fn linked(path: &Path) -> Result<PathBuf, OutputError> {
+    /// As many as Linux follows.
+    const MOST_LINKS: usize = 40;
+    let mut path = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        let Ok(named) = fs::read_link(&path) else { return Ok(path) };
+        path = path.parent().unwrap_or("".as_ref()).join(named);
+    }
+    Err(OutputError::Io { path, source: io::Error::other("too many links one after another") })
 }
 
 fn open_special(path: &Path) -> Result<File, OutputError> {
@@ -231,6 +247,7 @@ fn beside(path: &Path) -> Result<PathBuf, OutputError> {
     if !folder.is_dir() {
         return Err(OutputError::NoFolder { path: path.into(), folder: folder.into() });
     }
+    remove_leftovers(folder, path.file_name().unwrap_or_default());
     let count = COUNT.fetch_add(1, Ordering::Relaxed);
     let mut name = OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
@@ -238,8 +255,36 @@ fn beside(path: &Path) -> Result<PathBuf, OutputError> {
     Ok(folder.join(name))
 }
 
+/// Removes what runs that were killed have left beside a path: files and folders of such names as [`beside`] gives, which
+/// nobody has locked.
+fn remove_leftovers(folder: &Path, name: &OsStr) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.filter_map(Result::ok).filter(|entry| is_part(&entry.file_name(), name)) {
+        let path = entry.path();
+        // one that cannot be opened or locked is in use, or not ours to remove
+        if File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
+            let _ = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+        }
+    }
+}
+
+/// Whether a name is one that [`beside`] gives for `name`: `.NAME.PID-COUNT.part`.
+fn is_part(found: &OsStr, name: &OsStr) -> bool {
+    let start = [b".", name.as_encoded_bytes(), b"."].concat();
+    let middle =
+        found.as_encoded_bytes().strip_prefix(&start[..]).and_then(|rest| rest.strip_suffix(b".part"));
+    middle.is_some_and(|numbers| {
+        let mut numbers = numbers.split(|&byte| byte == b'-');
+        let is_number = |part: Option<&[u8]>| {
+            part.is_some_and(|part| !part.is_empty() && part.iter().all(u8::is_ascii_digit))
+        };
+        is_number(numbers.next()) && is_number(numbers.next()) && numbers.next().is_none()
+    })
+}
+
 /// A file in the same folder, removed when dropped unless it took the other's place.
 struct Beside {
+    /// Locked as long as it is written, so that another run does not take it for one that was left.
     file: File,
     path: PathBuf,
     kept: bool,
@@ -250,6 +295,8 @@ impl Beside {
         let beside = beside(path)?;
         let opened = OpenOptions::new().write(true).create_new(true).open(&beside);
         let file = opened.map_err(|source| OutputError::Io { path: path.into(), source })?;
+        // some file systems know no locks; then nobody takes it for a leftover either
+        let _ = file.try_lock();
         Ok(Self { file, path: beside, kept: false })
     }
 
@@ -364,6 +411,27 @@ mod tests {
         assert_eq!(names(around.path()), ["taken"]);
     }
 
+    #[test]
+    fn leftovers_of_killed_runs_go() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let others =
+            [".a.exr.7-0.part.txt", ".a.exr.x-0.part", ".a.exr.part", ".b.exr.7-0.part", "a.exr.7-0.part"];
+        for name in others.iter().chain(&[".a.exr.123-0.part", ".a.exr.123-45.part"]) {
+            fs::write(folder.path().join(name), "half").unwrap();
+        }
+        fs::create_dir_all(folder.path().join(".a.exr.124-1.part").join("meshes")).unwrap();
+        let busy = Beside::create(&path).unwrap();
+        let mut left = names(folder.path());
+        left.retain(|name| !others.iter().any(|other| name == other));
+        assert_eq!(left, [busy.path.file_name().unwrap()]);
+        // what another writer has locked stays
+        check_writable(&path).unwrap();
+        assert!(busy.path.exists());
+        drop(busy);
+        assert_eq!(names(folder.path()).len(), others.len());
+    }
+
     #[cfg(unix)]
     #[test]
     fn links_and_devices_stay() {
@@ -374,6 +442,18 @@ mod tests {
         write_whole(&link, b"new").unwrap();
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&path).unwrap(), b"new");
+        // a link to a file that is not there yet, by way of another link and of folders
+        let inner = folder.path().join("inner");
+        fs::create_dir(&inner).unwrap();
+        std::os::unix::fs::symlink("../new.exr", inner.join("second.exr")).unwrap();
+        std::os::unix::fs::symlink("inner/second.exr", folder.path().join("first.exr")).unwrap();
+        check_writable(&folder.path().join("first.exr")).unwrap();
+        write_whole(&folder.path().join("first.exr"), b"whole").unwrap();
+        assert_eq!(fs::read(folder.path().join("new.exr")).unwrap(), b"whole");
+        assert!(fs::symlink_metadata(inner.join("second.exr")).unwrap().is_symlink());
+        assert!(fs::symlink_metadata(folder.path().join("first.exr")).unwrap().is_symlink());
+        std::os::unix::fs::symlink("circle", folder.path().join("circle")).unwrap();
+        assert!(write_whole(&folder.path().join("circle"), b"").is_err());
         write_whole(Path::new("/dev/null"), b"gone").unwrap();
         check_writable(Path::new("/dev/null")).unwrap();
         assert!(!fs::metadata("/dev/null").unwrap().is_file());
