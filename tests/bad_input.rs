@@ -73,6 +73,24 @@ fn what_of_a_mesh_is_not_used_is_told_and_refuses_nothing() {
 }
 
 #[test]
+fn lattices_that_collapse_to_a_point_are_named() {
+    let at = TestFolder::new();
+    let place = [3.0, 4.0, 5.0_f64];
+    let points: Vec<f64> =
+        (0..64).flat_map(|i| place.map(|x| if i % 2 == 0 { x } else { x.next_up() })).collect();
+    at.write("lattice.npy", npy(&[4, 4, 4, 3], &points));
+    let message = "object \"cube\": the lattice collapses to a point: all its control points";
+    let edit = "twist = { axis = \"z\", angle = 90.0 }";
+    at.refuse_scene(edit, "control_points = \"lattice.npy\"", &["scene.toml:5:1: ", message, "at [3, 4, 5"]);
+    // those far from the object do not matter
+    let bounds = "bounds = [[0, 0, 0], [9, 9, 9]]\n[[object.deform.edit]]\n";
+    let spread: Vec<f64> = (0..64).flat_map(|i| if i / 16 == 3 { [1.0, 2.0, 3.0] } else { place }).collect();
+    at.write("lattice.npy", npy(&[4, 4, 4, 3], &spread));
+    let scene = format!("{bounds}control_points = \"lattice.npy\"");
+    at.refuse_scene(&format!("[[object.deform.edit]]\n{edit}"), &scene, &[message]);
+}
+
+#[test]
 fn faces_of_no_area_are_reported_skipped_and_counted() {
     let at = TestFolder::new();
     at.write("cube.obj", format!("{CUBE}f 1 2 2\nf 1 2 1\n"));

@@ -75,6 +75,14 @@ impl PlacedShape<'_> {
             };
             let seen = |lattice: &ControlLattice, ray: &Ray| self.seen(&steps, lattice, ray);
             let built = lattice.built(number, received, &seen)?;
+            let reached = match self.base {
+                Base::Polygons(polygons) if steps.is_empty() => polygons.bounds().unwrap_or(received),
+                Base::Surface { patches, .. } if steps.is_empty() => tight_bounds(patches),
+                _ => received,
+            };
+            if let Some(place) = built.collapsed(reached) {
+                return Err(ModelError::Collapsed { deformer: number, place });
+            }
             steps.push(Step::Volume(built.volume.clone()));
             lattices.push(built);
         }

@@ -1,5 +1,6 @@
 //! Why an object cannot be built.
 
+use glam::DVec3;
 use thiserror::Error;
 
 use super::deformer::EditError;
@@ -47,6 +48,14 @@ pub enum ModelError {
         deformer: usize,
         /// What is wrong.
         source: VolumeError,
+    },
+    /// A lattice that takes all of the object to one point.
+    #[error("the lattice collapses to a point: all its control points that act on the object are at {place}")]
+    Collapsed {
+        /// Index of the deformer.
+        deformer: usize,
+        /// The point.
+        place: DVec3,
     },
     /// An edit of a lattice.
     #[error("{source}")]
@@ -152,6 +161,7 @@ impl ModelError {
             Self::NeedsSurface { deformer, .. }
             | Self::TooManyFields { deformer }
             | Self::Lattice { deformer, .. }
+            | Self::Collapsed { deformer, .. }
             | Self::Edit { deformer, .. }
             | Self::Outside { deformer, .. }
             | Self::Patches { deformer, .. } => Some(*deformer),

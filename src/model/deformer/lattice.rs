@@ -232,6 +232,32 @@ pub struct BuiltLattice {
     pub knot_boxes: BTreeSet<KnotBox>,
 }
 
+impl BuiltLattice {
+    /// The one place, to rounding, of all control points that act on a box's part inside the lattice; none if there are
+    /// several.
+    pub(in crate::model) fn collapsed(&self, [low, high]: [DVec3; 2]) -> Option<DVec3> {
+        // some units in the last place of the sums of a basis
+        const ROUNDING: f64 = 16.0 * f64::EPSILON;
+        let lattice = &self.lattice;
+        let [least, greatest] = lattice.bounds();
+        let acting = |corner: DVec3| -> Option<Vec<[usize; 3]>> {
+            let basis = lattice.basis(corner.clamp(least, greatest))?;
+            Some(basis.into_iter().map(|(flat, _)| lattice.index_of(flat)).collect())
+        };
+        // the basis counts up along each axis
+        let (first, last) = (*acting(low)?.first()?, *acting(high)?.last()?);
+        let acts = |flat: &usize| {
+            let index = lattice.index_of(*flat);
+            (0..3).all(|axis| (first[axis]..=last[axis]).contains(&index[axis]))
+        };
+        let places =
+            || (0..lattice.points().len()).filter(acts).map(|flat| lattice.points()[flat].truncate());
+        let place = places().next()?;
+        let size = places().fold(0.0, |size: f64, place| size.max(place.abs().max_element()));
+        places().all(|other| (other - place).abs().max_element() <= ROUNDING * size).then_some(place)
+    }
+}
+
 /// What one edit's drags did to the lattice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DragReport {
