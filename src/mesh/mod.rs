@@ -4,12 +4,14 @@
 //! in the world and makes a [`PolygonSet`] of it: convex planar polygons, each with the face it comes from.
 //! What was odd about the mesh stands in [`MeshNotes`]; what makes it unusable is a [`LoadError`].
 
+mod mend;
 mod notes;
 mod obj;
 mod obj_fault;
 mod obj_scan;
 mod obj_words;
 mod other_format;
+mod point_tree;
 mod polygon_mesh;
 mod polygon_set;
 mod prepare;

@@ -29,7 +29,9 @@ pub struct MeshNotes {
     pub triangulated_concave: usize,
     /// Faces that lie in no plane, cut into triangles.
     pub triangulated_nonplanar: usize,
-    /// Faces whose outline crosses itself, cut into a fan of triangles; in ascending order.
+    /// Faces whose outline crosses itself by rounding alone, cut into triangles as if it touched itself.
+    pub mended_faces: usize,
+    /// Faces whose outline crosses itself by more, cut into a fan of triangles; in ascending order.
     pub self_intersecting_faces: Vec<u32>,
     /// What of the file is not used.
     pub file: FileNotes,
@@ -110,6 +112,7 @@ impl fmt::Display for MeshNotes {
         let counts = [
             (self.triangulated_nonplanar, "face", "not planar, triangulated"),
             (self.triangulated_concave, "face", "concave, triangulated"),
+            (self.mended_faces, "face", "crossing itself by rounding, taken as touching"),
             (self.repeated_corners, "corner", "the same as the one before, dropped"),
             (self.unused_positions, "vertex", "used by no face"),
         ];

@@ -2,8 +2,9 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 
+use super::mend::triangulate_mended;
 use super::polygon_set::Polygon;
-use super::triangulate::{clip_ears, crosses_itself, is_convex};
+use super::triangulate::{MOST_SEARCHED, NoEar, clip_ears, crosses_itself, is_convex};
 use super::{Face, MeshNotes, PolygonMesh, PolygonSet};
 
 /// Farthest that a vertex of a planar face may lie from the face's plane, relative to the mesh's diagonal.
@@ -39,7 +40,8 @@ impl Default for MeshTolerances {
 /// - Faces that lie in no plane (by [`MeshTolerances::planarity`]) are cut into triangles as well: quads along the
 ///   shorter diagonal (where the quad is concave seen along its mean normal: along the one that is inside), others by ear
 ///   clipping in their mean plane (Newell).
-/// - Faces whose outline crosses itself are cut into a fan of triangles from their first corner, as renderers do, so that
+/// - Faces whose outline crosses itself by rounding (a hole's slit, up to 1e-3 of the face) are cut as if it touched itself.
+/// - Faces whose outline crosses itself by more are cut into a fan of triangles from their first corner, as renderers do, so that
 ///   no hole opens beside their neighbours.
 /// - Faces without area, or with a position that `transform` makes infinite, are left out.
 ///
@@ -83,9 +85,11 @@ enum Shape {
     Concave {
         normal: DVec3,
         triangles: Vec<[usize; 3]>,
+        mended: bool,
     },
     NonPlanar {
         triangles: Vec<[usize; 3]>,
+        mended: bool,
     },
     Crossing,
 }
@@ -127,14 +131,16 @@ impl<'a> Preparation<'a> {
         match self.shape(&outline.scaled) {
             Shape::Degenerate => self.notes.degenerate_faces.push(index),
             Shape::Convex { normal } => self.push(index, normal, &outline.corners),
-            Shape::Concave { normal, triangles } => {
+            Shape::Concave { normal, triangles, mended } => {
                 self.notes.triangulated_concave += 1;
+                self.notes.mended_faces += usize::from(mended);
                 for triangle in triangles {
                     self.push(index, normal, &triangle.map(|i| outline.corners[i]));
                 }
             }
-            Shape::NonPlanar { triangles } => {
+            Shape::NonPlanar { triangles, mended } => {
                 self.notes.triangulated_nonplanar += 1;
+                self.notes.mended_faces += usize::from(mended);
                 self.push_triangles(index, &triangles, outline);
             }
             Shape::Crossing => {
@@ -197,12 +203,10 @@ impl<'a> Preparation<'a> {
         if is_convex(&flat) || self.is_nearly_convex(points, &flat) {
             return Shape::Convex { normal };
         }
-        if crosses_itself(&flat) {
-            return Shape::Crossing;
-        }
-        match clip_ears(&flat) {
-            Ok(triangles) => Shape::Concave { normal, triangles },
-            Err(_) => Shape::Crossing,
+        match triangulate(&flat) {
+            Triangulation::Simple(triangles) => Shape::Concave { normal, triangles, mended: false },
+            Triangulation::Mended(triangles) => Shape::Concave { normal, triangles, mended: true },
+            Triangulation::Crossing => Shape::Crossing,
         }
     }
 
@@ -269,14 +273,31 @@ fn nonplanar(points: &[DVec3], normal: DVec3) -> Shape {
         } else {
             vec![[1, 2, 3], [1, 3, 0]]
         };
-        return Shape::NonPlanar { triangles };
+        return Shape::NonPlanar { triangles, mended: false };
     }
-    if crosses_itself(&flat) {
-        return Shape::Crossing;
+    match triangulate(&flat) {
+        Triangulation::Simple(triangles) => Shape::NonPlanar { triangles, mended: false },
+        Triangulation::Mended(triangles) => Shape::NonPlanar { triangles, mended: true },
+        Triangulation::Crossing => Shape::Crossing,
     }
-    match clip_ears(&flat) {
-        Ok(triangles) => Shape::NonPlanar { triangles },
-        Err(_) => Shape::Crossing,
+}
+
+/// What a plane outline is cut into.
+enum Triangulation {
+    /// Its triangles.
+    Simple(Vec<[usize; 3]>),
+    /// The triangles of an outline that crosses itself by rounding alone.
+    Mended(Vec<[usize; 3]>),
+    /// It crosses itself, or winds clockwise.
+    Crossing,
+}
+
+fn triangulate(flat: &[DVec2]) -> Triangulation {
+    let crosses = flat.len() <= MOST_SEARCHED && crosses_itself(flat);
+    let triangles = if crosses { Err(NoEar) } else { clip_ears(flat) };
+    match triangles {
+        Ok(triangles) => Triangulation::Simple(triangles),
+        Err(NoEar) => triangulate_mended(flat).map_or(Triangulation::Crossing, Triangulation::Mended),
     }
 }
 

@@ -103,6 +103,31 @@ fn repeated_corners_are_dropped() {
 }
 
 #[test]
+fn holes_whose_slits_cross_by_rounding_stay() {
+    // the corner that the slit starts from is off by 1e-6 when it comes back
+    let slit = [
+        [0., 0.],
+        [4., 0.],
+        [4., 4.],
+        [0., 4.],
+        [1e-6, -2e-6],
+        [1., 1.],
+        [1., 3.],
+        [3., 3.],
+        [3., 1.],
+        [1., 1.],
+    ];
+    for height in [0.0, 0.1] {
+        let face = slit.map(|[x, y]| [x, y, height * x * y]);
+        let (polygons, notes) = prepare(&[&face]);
+        let flat: f64 = polygons.iter().map(|p| newell(p.positions).z).sum();
+        assert!((flat - 12.0).abs() < 1e-4, "{flat}");
+        assert_eq!((notes.mended_faces, notes.self_intersecting()), (1, 0));
+        assert_eq!(notes.triangulated_concave + notes.triangulated_nonplanar, 1);
+    }
+}
+
+#[test]
 fn crossing_faces_become_fans() {
     let bow_tie = [[0., 0., 0.], [1., 1., 0.], [1., 0., 0.], [0., 1., 0.]];
     let lopsided = [[0., 0., 0.], [3., 3., 0.], [3., 0., 0.], [0., 1., 0.]];
