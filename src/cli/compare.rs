@@ -18,6 +18,7 @@ use trimray::render::RenderError;
 use trimray::report::{MethodPictures, ShownScene, comparison_page};
 use trimray::scene::{SceneDescription, parse_scene, parse_size, validate_film};
 
+use super::own_inputs::check_not_inputs;
 use super::progress::spinner;
 use super::{
     CliError, INTERRUPTED, PictureArgs, check_interrupted, encoded, install, parse_tolerance, print_result,
@@ -84,7 +85,11 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     fs::create_dir_all(&args.output)
         .map_err(|source| OutputError::Io { path: args.output.clone(), source })?;
     for name in ["report.html", "report.json"] {
-        check_writable(&args.output.join(name))?;
+        let path = args.output.join(name);
+        for scene in &scenes {
+            check_not_inputs(&[&path], &scene.files())?;
+        }
+        check_writable(&path)?;
     }
     let (mut figures, mut pictures) = (Vec::new(), Vec::new());
     for scene in &scenes {
@@ -104,10 +109,10 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     write_whole(&args.output.join("report.html"), page.as_bytes())?;
     write_whole(&args.output.join("report.json"), json.as_bytes())?;
     if args.json {
-        print_result(&json);
+        print_result(&json)?;
     }
     if !args.quiet {
-        eprintln!("trimray: wrote {}", args.output.join("report.html").display());
+        say!("trimray: wrote {}", args.output.join("report.html").display());
     }
     Ok(())
 }
@@ -173,6 +178,7 @@ impl CompareArgs {
         let stem = made.scene.path.file_stem().unwrap_or_default().to_string_lossy();
         let method = if made.result.noise { "noise".to_owned() } else { made.result.method.to_string() };
         let path = self.output.join(format!("{stem}_{}.exr", method.replace(':', "_")));
+        check_not_inputs(&[&path], &made.scene.files())?;
         let settings = PictureIdentity::new(made.scene, made.built);
         let header = settings.header(made.scene, made.camera);
         write_exr(&path, &made.result.image, &header)?;

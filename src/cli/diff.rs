@@ -19,6 +19,7 @@ use trimray::difference::{
 use trimray::film::{LayeredPicture, read_layers_within};
 use trimray::output::check_writable;
 
+use super::own_inputs::check_not_inputs;
 use super::{CliError, PictureArgs, check_ending, check_interrupted, print_result};
 
 /// The exit codes of idiff, as its manual has them.
@@ -192,7 +193,7 @@ pub(super) fn run(args: &DiffArgs) -> Result<ExitCode, CliError> {
     match compare_files(args) {
         // 1 would be a warning
         Err(error) if error.exit_code() == 1 => {
-            eprintln!("trimray: {error}");
+            say!("trimray: {error}");
             Ok(ExitCode::from(FILE_FAILED))
         }
         other => other,
@@ -206,13 +207,13 @@ fn compare_files(args: &DiffArgs) -> Result<ExitCode, CliError> {
     args.check_outputs(&test)?;
     let paths = [args.reference.as_path(), test.as_path()];
     if !args.quiet && !args.json {
-        print_result(&format!("Comparing \"{}\" and \"{}\"\n", paths[0].display(), paths[1].display()));
+        print_result(&format!("Comparing \"{}\" and \"{}\"\n", paths[0].display(), paths[1].display()))?;
     }
     let [reference, test] = match paths.map(|path| read_layers_within(path, args.pictures.limits())) {
         [Ok(reference), Ok(test)] => [reference, test],
         failed => {
             for error in failed.into_iter().filter_map(Result::err) {
-                eprintln!("trimray: {error}");
+                say!("trimray: {error}");
             }
             return Ok(ExitCode::from(FILE_FAILED));
         }
@@ -234,12 +235,12 @@ fn compare_files(args: &DiffArgs) -> Result<ExitCode, CliError> {
     found.write_files()?;
     let status = found.comparison.status;
     if args.json {
-        print_result(&found.json().context("the JSON")?);
+        print_result(&found.json().context("the JSON")?)?;
     } else if !args.quiet {
-        print_result(&found.text());
+        print_result(&found.text())?;
     }
     if args.quiet && status == Status::Fail {
-        eprintln!("FAILURE");
+        say!("FAILURE");
     }
     Ok(match status {
         Status::Pass => ExitCode::SUCCESS,
@@ -319,6 +320,7 @@ impl DiffArgs {
                 let shown = path.display();
                 return Err(CliError::Input(format!("{flag} {shown}: is another file of this command")));
             }
+            check_not_inputs(&[path], &taken)?;
             check_writable(path)?;
             taken.push(path);
         }
@@ -336,13 +338,13 @@ impl DiffArgs {
             outputs::write_mismatch(path, paths, mismatch, started.elapsed().as_secs_f64())?;
         }
         if self.json {
-            print_result(&json::different(mismatch).context("the JSON")?);
+            print_result(&json::different(mismatch).context("the JSON")?)?;
         } else if !self.quiet {
             let lines = mismatch.reasons.iter().map(|reason| format!("  {reason}\n"));
-            print_result(&(lines.collect::<String>() + "FAILURE: the pictures are of different kinds\n"));
+            print_result(&(lines.collect::<String>() + "FAILURE: the pictures are of different kinds\n"))?;
         }
         if self.quiet {
-            eprintln!("FAILURE");
+            say!("FAILURE");
         }
         Ok(ExitCode::from(OTHER_KIND))
     }

@@ -83,7 +83,7 @@ pub(super) fn run(args: &DragsArgs) -> Result<(), CliError> {
     } else {
         table(&drags)
     };
-    print_result(&text);
+    print_result(&text)?;
     Ok(())
 }
 

@@ -15,6 +15,7 @@ use trimray::output::{OwnFolder, check_folder_writable, check_writable, write_fo
 use trimray::scene::{BuiltScene, SceneDescription};
 use trimray::tessellate::{Fineness, TessellateError, tessellate};
 
+use super::own_inputs::{check_not_inputs, check_replaces_no_inputs};
 use super::{CliError, INTERRUPTED, SceneArgs, checked_camera, parse_tolerance};
 
 /// The tolerance where none is asked for, in parts of the object's diagonal.
@@ -68,12 +69,14 @@ pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
         let message = "--tolerance and --level are for triangles; .json holds the exact patches";
         return Err(CliError::Input(message.to_owned()));
     }
+    let scene = args.scene.parse()?;
     if format == Format::Mitsuba {
+        check_replaces_no_inputs(&args.output, MITSUBA_NAMES, &scene.files())?;
         check_folder_writable(&args.output, MITSUBA_FOLDER)?;
     } else {
+        check_not_inputs(&[&args.output], &scene.files())?;
         check_writable(&args.output)?;
     }
-    let scene = args.scene.parse()?;
     let built = args.scene.build(&scene, args.quiet)?;
     match format {
         Format::Json => write_whole(&args.output, &exact_patches(&built).context("the JSON")?)?,
@@ -127,7 +130,7 @@ impl ExportArgs {
             })?;
             if !self.quiet {
                 let (name, count) = (&scene.objects[index].name.value, mesh.triangles.len());
-                eprintln!(
+                say!(
                     "trimray: {name}: {count} triangles, within {:.1e} of the exact surface",
                     mesh.deviation
                 );

@@ -89,7 +89,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<(), CliError> {
     } else {
         table(&info)
     };
-    print_result(&text);
+    print_result(&text)?;
     Ok(())
 }
 

@@ -1,20 +1,29 @@
 //! The command line: the only place that prints, reads flags and chooses exit codes.
 
+/// Prints a line to stderr; that nobody reads it is no error.
+macro_rules! say {
+    ($($part:tt)*) => { $crate::cli::write_line(format_args!($($part)*)) };
+}
+
 mod compare;
 mod diff;
 mod drags;
 mod export;
 mod info;
+mod own_inputs;
 mod progress;
 mod render;
 mod show;
+mod signals;
 mod statistics;
 mod test;
 mod trace;
 
+use std::fmt;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use clap::{Args, Parser, Subcommand};
 use thiserror::Error;
@@ -24,8 +33,7 @@ use trimray::output::OutputError;
 use trimray::scene::{BuiltScene, SceneDescription, SceneError, parse_scene};
 use trimray::shade::{Camera, CameraSettings};
 
-/// Set by Ctrl-C.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+use self::signals::INTERRUPTED;
 
 /// Ray tracing of exactly deformed shapes.
 #[derive(Debug, Parser)]
@@ -100,7 +108,7 @@ enum CliError {
     /// A file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// Ctrl-C.
+    /// Ctrl-C, or the signal to end.
     #[error("interrupted")]
     Interrupted,
     /// Anything else that failed while working.
@@ -136,23 +144,21 @@ pub(crate) fn run() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    let handler = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
-    let result =
-        handler.map_err(anyhow::Error::from).map_err(CliError::from).and_then(|()| match &cli.command {
-            Command::Render(args) => render::run(args).map(success),
-            Command::Info(args) => info::run(args).map(success),
-            Command::Trace(args) => trace::run(args).map(success),
-            Command::Drags(args) => drags::run(args).map(success),
-            Command::Export(args) => export::run(args).map(success),
-            Command::Diff(args) => diff::run(args),
-            Command::Compare(args) => compare::run(args).map(success),
-            Command::Test(args) => test::run(args),
-        });
+    let result = signals::watch().map_err(CliError::from).and_then(|()| match &cli.command {
+        Command::Render(args) => render::run(args).map(success),
+        Command::Info(args) => info::run(args).map(success),
+        Command::Trace(args) => trace::run(args).map(success),
+        Command::Drags(args) => drags::run(args).map(success),
+        Command::Export(args) => export::run(args).map(success),
+        Command::Diff(args) => diff::run(args),
+        Command::Compare(args) => compare::run(args).map(success),
+        Command::Test(args) => test::run(args),
+    });
     match result {
         Ok(code) => code,
         Err(error) => {
             for line in error.to_string().lines() {
-                eprintln!("trimray: {line}");
+                say!("trimray: {line}");
             }
             ExitCode::from(error.exit_code())
         }
@@ -185,11 +191,11 @@ impl SceneArgs {
             for (object, made) in scene.objects.iter().zip(&built.objects) {
                 if let Some(mesh) = object.shape.mesh() {
                     for line in made.notes.to_string().lines().skip(1) {
-                        eprintln!("trimray: {}: {line}", mesh.display());
+                        say!("trimray: {}: {line}", mesh.display());
                     }
                 }
                 for line in made.warnings.iter().cloned().chain(drags::compromises(made)) {
-                    eprintln!("trimray: {}: {line}", object.name.value);
+                    say!("trimray: {}: {line}", object.name.value);
                 }
             }
         }
@@ -254,8 +260,18 @@ fn check_interrupted() -> Result<(), CliError> {
 }
 
 /// Prints a result to stdout; a reader that has gone away is no error.
-fn print_result(text: &str) {
-    use std::io::Write;
-    // a closed pipe (`| head`) has got what it wanted
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+fn print_result(text: &str) -> Result<(), CliError> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        // a closed pipe (`| head`) has got what it wanted
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        Err(source) => Err(OutputError::Io { path: "standard output".into(), source }.into()),
+        Ok(()) => Ok(()),
+    }
+}
+
+/// Prints a line to stderr.
+fn write_line(line: fmt::Arguments<'_>) {
+    // nobody is left to tell if it cannot be written
+    let _ = writeln!(io::stderr().lock(), "{line}");
 }

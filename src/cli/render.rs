@@ -12,6 +12,7 @@ use trimray::render::{Checkpoint, CheckpointFile, RenderControl, RenderError, Re
 use trimray::scene::{Choice, SceneDescription, parse_crop, parse_size, validate_film};
 use trimray::shade::IntegratorKind;
 
+use super::own_inputs::check_not_inputs;
 use super::progress::progress_bar;
 use super::show::{Show, draw};
 use super::statistics::{Acceleration, print_render};
@@ -85,6 +86,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
         let message = "--show draws over previews alone: write a .png with -o";
         return Err(CliError::Input(message.to_owned()));
     }
+    let state = args.checkpoint.as_deref();
+    check_not_inputs(&std::iter::once(&*path).chain(state).collect::<Vec<_>>(), &scene.files())?;
     check_writable(&path)?;
     let threads = args.scene.thread_count()?;
     let camera = scene.camera.map(|camera| checked_camera(&camera, &scene.film)).transpose()?;
@@ -125,11 +128,11 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
             other => CliError::Failed(other.into()),
         })?;
     if statistics.non_finite_samples > 0 {
-        eprintln!("trimray: {} samples were not finite and count as black", statistics.non_finite_samples);
+        say!("trimray: {} samples were not finite and count as black", statistics.non_finite_samples);
     }
     if least < scene.render.spp && !args.quiet {
         let spp = scene.render.spp;
-        eprintln!("trimray: the time is over: pixels have {least} to {most} samples instead of {spp}");
+        say!("trimray: the time is over: pixels have {least} to {most} samples instead of {spp}");
     }
     if let (Format::Exr, Some(settings)) = (format, &settings) {
         write_exr(&path, &image, &settings.header(&scene, &camera))?;
@@ -143,7 +146,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
     if !args.quiet && std::io::IsTerminal::is_terminal(&std::io::stderr()) {
         let [width, height] = scene.film.size;
         let seconds = started.elapsed().as_secs_f64();
-        eprintln!("wrote {}: {width}x{height}, {} spp, {seconds:.1} s", path.display(), scene.render.spp);
+        say!("wrote {}: {width}x{height}, {} spp, {seconds:.1} s", path.display(), scene.render.spp);
     }
     Ok(())
 }
@@ -175,7 +178,7 @@ impl RenderArgs {
             ))),
             (false, true) => {
                 if !self.quiet {
-                    eprintln!("trimray: {shown} is not there yet: starting from the first sample");
+                    say!("trimray: {shown} is not there yet: starting from the first sample");
                 }
                 Ok(None)
             }
@@ -190,7 +193,7 @@ impl RenderArgs {
         match TevPreview::open(address, &name, film.size) {
             Ok(preview) => Some(preview),
             Err(error) => {
-                eprintln!("trimray: no preview: tev at {address}: {error}");
+                say!("trimray: no preview: tev at {address}: {error}");
                 None
             }
         }

@@ -17,6 +17,7 @@ use trimray::suggestion::did_you_mean;
 
 use self::outputs::Tested;
 use super::diff::threshold;
+use super::own_inputs::check_not_inputs;
 use super::progress::spinner;
 use super::{CliError, INTERRUPTED, PictureArgs, check_ending, install, print_result, thread_count};
 
@@ -84,7 +85,7 @@ pub(super) fn run(args: &TestArgs) -> Result<ExitCode, CliError> {
     let found = find_tests(&args.folder, args.references.as_deref())?;
     let control = RenderControl { threads, ..RenderControl::new(&INTERRUPTED) };
     if args.bless.is_empty() {
-        args.check_outputs()?;
+        args.check_outputs(&found)?;
         let chosen = args.chosen(&found)?;
         install(threads, || args.test(&found, &chosen, &control))?
     } else {
@@ -123,11 +124,14 @@ impl TestArgs {
         Ok(chosen)
     }
 
-    fn check_outputs(&self) -> Result<(), CliError> {
+    fn check_outputs(&self, found: &TestFolder) -> Result<(), CliError> {
+        let files = found.tests.iter().flat_map(|test| [test.scene.as_path(), test.reference.as_path()]);
+        let inputs: Vec<_> = files.collect();
         let outputs = [("--output", Some(&self.output), "html"), ("--junit", self.junit.as_ref(), "xml")];
         for (flag, path, ending) in outputs {
             let Some(path) = path else { continue };
             check_ending(flag, path, ending)?;
+            check_not_inputs(&[path], &inputs)?;
             check_writable(path)?;
         }
         Ok(())
@@ -143,7 +147,7 @@ impl TestArgs {
         let settings = TestSettings { seed: self.seed, judge, pictures: self.pictures.limits() };
         let warnings: Vec<_> = found.unused.iter().map(|path| unused(path)).collect();
         for warning in warnings.iter().filter(|_| !self.quiet) {
-            eprintln!("trimray: {warning}");
+            say!("trimray: {warning}");
         }
         let bar = spinner(self.quiet);
         let mut tested = Vec::new();
@@ -155,7 +159,7 @@ impl TestArgs {
             })?;
             let told = Tested::try_new(test, &result)?;
             if !self.json && (!self.quiet || !told.passes()) {
-                bar.suspend(|| print_result(&told.line()));
+                bar.suspend(|| print_result(&told.line()))?;
             }
             tested.push(told);
         }
@@ -173,7 +177,7 @@ impl TestArgs {
             let spp = bless(test, &settings, control)?;
             if !self.quiet {
                 let line = format!("wrote {}: {spp} samples per pixel\n", test.reference.display());
-                bar.suspend(|| print_result(&line));
+                bar.suspend(|| print_result(&line))?;
             }
         }
         bar.finish_and_clear();

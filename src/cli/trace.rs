@@ -15,6 +15,7 @@ use trimray::export::to_json;
 use trimray::output::check_writable;
 use trimray::trace::{Ray, RayTracer, SurfaceInteraction, TraceStatistics, TracedScene, Tracer};
 
+use super::own_inputs::check_not_inputs;
 use super::statistics::{Acceleration, print_trace};
 use super::{CliError, SceneArgs, check_interrupted, print_result};
 
@@ -63,8 +64,9 @@ struct Summary {
 }
 
 pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
-    check_writable(&args.output)?;
     let scene = args.scene.parse()?;
+    check_not_inputs(&[&args.output], &[&scene.files()[..], &[&args.rays]].concat())?;
+    check_writable(&args.output)?;
     let rays = read_rays(&args.rays)?;
     let built = args.scene.build(&scene, args.quiet)?;
     let (arrays, mut summary) = args.scene.install(|| {
@@ -87,14 +89,14 @@ pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
     }
     if !args.quiet {
         let Summary { rays, hits, seconds, mrays_per_second, .. } = summary;
-        eprintln!("{rays} rays, {hits} hits, {seconds:.4} s, {mrays_per_second:.3} Mrays/s");
+        say!("{rays} rays, {hits} hits, {seconds:.4} s, {mrays_per_second:.3} Mrays/s");
     }
     if args.stats {
         print_trace(&summary.stats, &summary.accel);
     }
     if args.json {
         let bytes = to_json(&summary).context("the JSON")?;
-        print_result(&String::from_utf8(bytes).context("the JSON")?);
+        print_result(&String::from_utf8(bytes).context("the JSON")?)?;
     }
     Ok(())
 }

@@ -7,7 +7,8 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::diagnostic::{Located, Location};
 use crate::film::{FilmSettings, PictureLimits};
 use crate::model::{Deformer, DragUsing, Edit, Lattice, Representation};
-use crate::shade::{CameraSettings, Light, Material, RenderSettings};
+use crate::shade::light::EnvironmentLight;
+use crate::shade::{CameraSettings, Light, Material, PictureSource, RenderSettings, TextureSource};
 use crate::surface::SplineSurface;
 
 /// A whole scene file.
@@ -36,6 +37,34 @@ pub struct SceneDescription {
 }
 
 impl SceneDescription {
+    /// The files that the scene is made of: itself, meshes, lattices, textures and environment maps.
+    #[must_use]
+    pub fn files(&self) -> Vec<&Path> {
+        let meshes = self.objects.iter().filter_map(|object| object.shape.mesh());
+        let edits =
+            self.objects.iter().flat_map(|object| &object.deform).flat_map(|deform| match &deform.value {
+                DeformDescription::Lattice { edits, .. } => edits.as_slice(),
+                DeformDescription::Complete(_) => &[],
+            });
+        let lattices = edits.filter_map(|edit| match &edit.value {
+            EditDescription::ControlPoints { path } => Some(path.as_path()),
+            _ => None,
+        });
+        let textures = self.materials.iter().flat_map(|named| named.material.textures());
+        let pictures = textures.filter_map(|texture| match texture {
+            TextureSource::Bitmap(bitmap) => Some(bitmap.path.as_path()),
+            _ => None,
+        });
+        let skies = self.lights.iter().flatten().filter_map(|light| match &light.value {
+            Light::Envmap(EnvironmentLight { picture: PictureSource::File(path), .. }) => {
+                Some(path.as_path())
+            }
+            _ => None,
+        });
+        let own = std::iter::once(self.path.as_path());
+        own.chain(meshes).chain(lattices).chain(pictures).chain(skies).collect()
+    }
+
     /// The material of `object`, or the default one.
     ///
     /// # Panics

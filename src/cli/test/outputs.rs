@@ -154,9 +154,9 @@ impl TestArgs {
                 "scenes": tested.iter().map(|tested| &tested.json).collect::<Vec<_>>(),
             });
             let bytes = trimray::export::to_json(&all).context("the JSON")?;
-            print_result(&String::from_utf8(bytes).context("the JSON")?);
+            print_result(&String::from_utf8(bytes).context("the JSON")?)?;
         } else if !self.quiet {
-            print_result(&format!("{passed} pass, {failed} fail; see {}\n", self.output.display()));
+            print_result(&format!("{passed} pass, {failed} fail; see {}\n", self.output.display()))?;
         }
         Ok(())
     }
