@@ -334,10 +334,11 @@ impl<'a> Scanner<'a> {
             used.sort_unstable();
             used
         });
+        let mut counted = None;
         for Unreadable { what, index, fault } in std::mem::take(&mut self.unreadable) {
             if used[what].binary_search(&index).is_ok() {
                 faults.push(fault);
-            } else {
+            } else if counted.replace((what, index)) != Some((what, index)) {
                 self.notes.unreadable_unused += 1;
             }
         }

@@ -119,7 +119,7 @@ fn what_is_not_used_is_counted_and_refuses_nothing() {
         (with("vn NaN 0 0\nf 1//1 2//1 3\n"), "1 normal not finite, left out"),
         (
             with("v nan 1.#QNAN inf\nv 1 2\nv x\nvt one\nf 1 2 3\n"),
-            "3 vertices used by no face; 6 statements not readable, used by no face",
+            "3 vertices used by no face; 4 statements not readable, used by no face",
         ),
         (
             with("v 1 1 1 0\nv 1 1 1 1\nf 1 2 3\n"),
