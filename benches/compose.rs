@@ -19,6 +19,7 @@ use glam::{DAffine3, DVec3};
 use serde_json::{Value, json};
 use trimray::mesh::{MeshTolerances, load_obj, prepare_polygons};
 use trimray::patch::{Composer, Deformation, PlanarPolygon, compose_by_interpolation, deform_polygons};
+use trimray::random::SplitMix64;
 use trimray::spline::{Axis, ControlLattice, KnotBox, MAX_VOLUME_DEGREE, SplineVolume};
 use trimray::subdivide::{Frame, FrameChoice};
 
@@ -185,23 +186,14 @@ fn bent_volume(degree: [usize; 3], points: [usize; 3], low: DVec3, high: DVec3) 
     lattice.volume().expect("the edits keep points finite and weights 1")
 }
 
-/// Deterministic numbers in [0, 1).
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
-
 /// Knot box and frame of triangles in general position; a volume of one knot box keeps each whole.
 fn general_planes(volume: &SplineVolume, frame: FrameChoice) -> Vec<(KnotBox, Frame)> {
-    let mut noise = Noise(1);
+    let mut random = SplitMix64::new(1);
     (0..PLANES)
         .map(|_| {
-            let corners: [DVec3; 3] =
-                std::array::from_fn(|_| DVec3::new(noise.next(), noise.next(), noise.next()));
+            let corners: [DVec3; 3] = std::array::from_fn(|_| {
+                DVec3::new(random.next_unit(), random.next_unit(), random.next_unit())
+            });
             let polygon = [PlanarPolygon { face: 0, corners: &corners }];
             let made = deform_polygons(&polygon, Deformation { volume: Some(volume), frame })
                 .expect("a small triangle in a mild lattice");

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use trimray::random::SplitMix64;
 use trimray::scene::parse_scene;
 use trimray::trace::{PatchHit, Ray, TracedScene, closest_hit_by_subdivision};
 
@@ -20,17 +21,13 @@ const BRUTE_FORCE: u64 = 1_000;
 const BORDER: f64 = 1e-8;
 const CHUNK: u64 = 1_000;
 
-/// Steele, Lea, Flood (2014), *Fast splittable pseudorandom number generators* (`SplitMix64`).
-struct Random(u64);
+/// What is drawn at random.
+struct Random(SplitMix64);
 
 impl Random {
     /// Uniform in [0, 1).
     fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / 2.0_f64.powi(53)
+        self.0.next_unit()
     }
 
     fn direction(&mut self) -> DVec3 {
@@ -66,7 +63,7 @@ type Tally = (u64, u64, f64);
 
 fn tally(count: u64, check: impl Fn(&mut Random) -> (u64, bool, f64) + Sync) -> Tally {
     let chunk = |first: u64| {
-        let mut random = Random(first.wrapping_mul(0x2545_f491_4f6c_dd1d));
+        let mut random = Random(SplitMix64::new(first.wrapping_mul(0x2545_f491_4f6c_dd1d)));
         let add = |(made, failed, worst): Tally, (count, good, value): (u64, bool, f64)| {
             (made + count, failed + u64::from(!good), worst.max(value))
         };

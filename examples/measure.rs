@@ -12,6 +12,7 @@ use std::process::ExitCode;
 
 use glam::DVec3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use trimray::random::SplitMix64;
 use trimray::scene::{BuiltScene, parse_scene};
 use trimray::spline::SplineVolume;
 use trimray::trace::{Ray, TraceStatistics, closest_hit_by_subdivision};
@@ -75,15 +76,8 @@ fn deformed_bounds(built: &BuiltScene) -> [DVec3; 2] {
 
 /// A ray through two random points: one on the sphere around the box, one in the box.
 fn random_ray(number: u64, low: DVec3, high: DVec3) -> Ray {
-    let mut state = number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 1;
-    let mut next = || {
-        // SplitMix64
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z ^ (z >> 31)) as f64 / 2.0_f64.powi(64)
-    };
+    let mut random = SplitMix64::new(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 1);
+    let mut next = || random.next_unit();
     let (centre, radius) = (0.5 * (low + high), 0.6 * (high - low).length());
     let z = 2.0 * next() - 1.0;
     let ring = (1.0 - z * z).sqrt();

@@ -75,6 +75,7 @@ pub mod model;
 pub mod output;
 pub mod patch;
 pub mod prelude;
+pub mod random;
 #[cfg(feature = "cli")]
 pub mod reference_test;
 pub mod render;

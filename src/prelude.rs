@@ -12,7 +12,7 @@
 pub use crate::difference::{CompareSettings, compare};
 pub use crate::film::{read_layers, write_png};
 pub use crate::manipulate::DirectManipulation;
-pub use crate::mesh::{PolygonMesh, load_obj};
+pub use crate::mesh::{PolygonMesh, load_mesh, load_obj};
 pub use crate::render::{RenderControl, render};
 pub use crate::scene::{BuiltScene, SceneDescription, SceneError, parse_scene, parse_scene_str};
 pub use crate::shade::Camera;

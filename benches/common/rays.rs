@@ -3,6 +3,7 @@
 //! Origins and directions are single precision numbers, so that Embree and trimray trace the same rays.
 
 use glam::{DVec3, Vec3};
+use trimray::random::SplitMix64;
 use trimray::trace::{Ray, RayTracer, TracedScene};
 
 use super::objects::Subject;
@@ -171,9 +172,9 @@ impl Camera {
 fn random_rays(subject: &Subject, scene: &TracedScene, count: usize) -> Vec<SinglePrecisionRay> {
     let centre = 0.5 * (subject.bounds[0] + subject.bounds[1]);
     let chords = |radius: f64, count: usize| -> Vec<_> {
-        let mut noise = Noise(1);
+        let mut random = SplitMix64::new(1);
         let mut chord = || {
-            let [from, to] = [noise.on_sphere(), noise.on_sphere()];
+            let [from, to] = [on_sphere(&mut random), on_sphere(&mut random)];
             SinglePrecisionRay::rounded(centre + radius * from, to - from)
         };
         (0..count).map(|_| chord()).collect()
@@ -190,7 +191,7 @@ fn bounces(
     rays: &[SinglePrecisionRay],
     number: u32,
 ) -> Vec<SinglePrecisionRay> {
-    let mut noise = Noise(2 + u64::from(number));
+    let mut random = SplitMix64::new(2 + u64::from(number));
     let mut tracer = scene.tracer();
     let bounce = |ray: &SinglePrecisionRay| {
         let ray = ray.ray();
@@ -198,7 +199,7 @@ fn bounces(
         let normal = -hit.normal * hit.normal.dot(ray.direction).signum();
         let origin = hit.position + BOUNCE_OFFSET * subject.diagonal * normal;
         // a point of the unit sphere on top of the normal
-        Some(SinglePrecisionRay::rounded(origin, normal + (1.0 - 1e-6) * noise.on_sphere()))
+        Some(SinglePrecisionRay::rounded(origin, normal + (1.0 - 1e-6) * on_sphere(&mut random)))
     };
     rays.iter().filter_map(bounce).collect()
 }
@@ -209,23 +210,10 @@ fn hit_share(scene: &TracedScene, rays: &[SinglePrecisionRay]) -> f64 {
     hits.max(1) as f64 / rays.len() as f64
 }
 
-/// Random numbers: Steele, Lea, Flood (2014), *Fast splittable pseudorandom number generators* (`SplitMix64`).
-struct Noise(u64);
-
-impl Noise {
-    /// Uniform in [0, 1).
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / 2.0_f64.powi(53)
-    }
-
-    fn on_sphere(&mut self) -> DVec3 {
-        let z = 2.0 * self.next() - 1.0;
-        let (sin, cos) = (std::f64::consts::TAU * self.next()).sin_cos();
-        let ring = (1.0 - z * z).sqrt();
-        DVec3::new(ring * cos, ring * sin, z)
-    }
+/// A point of the unit sphere.
+fn on_sphere(random: &mut SplitMix64) -> DVec3 {
+    let z = 2.0 * random.next_unit() - 1.0;
+    let (sin, cos) = (std::f64::consts::TAU * random.next_unit()).sin_cos();
+    let ring = (1.0 - z * z).sqrt();
+    DVec3::new(ring * cos, ring * sin, z)
 }

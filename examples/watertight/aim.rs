@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use trimray::patch::TrimmedPatch;
+use trimray::random::SplitMix64;
 
 use super::solids::Solid;
 
@@ -12,34 +13,26 @@ const BALLS: usize = 2000;
 const NEAREST: usize = 4;
 
 /// Deterministic random numbers: `SplitMix64`.
-pub(crate) struct Random(u64);
+pub(crate) struct Random(SplitMix64);
 
 impl Random {
     /// A stream of its own for each pair of numbers.
     pub(crate) fn new(seed: u64, stream: u64) -> Self {
-        let mut random =
-            Self(seed.wrapping_mul(0xd134_2543_de82_ef95) ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        random.bits();
-        random
-    }
-
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        let seed = seed.wrapping_mul(0xd134_2543_de82_ef95) ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mut random = SplitMix64::new(seed);
+        random.next_bits();
+        Self(random)
     }
 
     /// In [0, 1).
     pub(crate) fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+        self.0.next_unit()
     }
 
     /// Below `count`.
     #[expect(clippy::cast_possible_truncation, reason = "below a usize")]
     pub(crate) fn below(&mut self, count: usize) -> usize {
-        (self.bits() % count as u64) as usize
+        (self.0.next_bits() % count as u64) as usize
     }
 
     /// On the unit sphere.

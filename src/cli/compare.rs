@@ -129,7 +129,7 @@ impl CompareArgs {
             let scaled = u32::try_from(scaled).unwrap_or(u32::MAX).max(1);
             if width > WIDTH { [WIDTH, scaled] } else { [width, height] }
         });
-        validate_film(&scene.film).map_err(CliError::Input)?;
+        validate_film(&scene.film).map_err(|error| CliError::Input(error.to_string()))?;
         scene.render.spp = self.spp.unwrap_or_else(|| scene.render.spp.min(SAMPLES));
         scene.render.seed = self.seed.unwrap_or(scene.render.seed);
         Ok(scene)

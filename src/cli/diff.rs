@@ -265,7 +265,7 @@ fn first_samples(args: &DiffArgs, comparison: &Comparison) -> Option<String> {
 impl DiffArgs {
     fn settings(&self) -> Result<CompareSettings, CliError> {
         let rules = self.layer.chunks(2).map(|rule| match rule {
-            [name, settings] => LayerRule::parse(name, settings),
+            [name, settings] => LayerRule::parse(name, settings).map_err(|error| error.to_string()),
             _ => Err("--layer needs a name and settings".to_owned()),
         });
         let thresholds = Thresholds {

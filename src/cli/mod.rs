@@ -234,7 +234,7 @@ fn checked_camera(camera: &CameraSettings, film: &FilmSettings) -> Result<Camera
 }
 
 /// Bytes of a picture, or why there are none.
-fn encoded(png: Result<Vec<u8>, String>) -> Result<Vec<u8>, CliError> {
+fn encoded(png: Result<Vec<u8>, trimray::film::EncodeError>) -> Result<Vec<u8>, CliError> {
     png.map_err(|reason| CliError::Failed(anyhow::anyhow!("a picture cannot be encoded: {reason}")))
 }
 

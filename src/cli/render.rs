@@ -207,7 +207,7 @@ impl RenderArgs {
         render.max_depth = self.max_depth.unwrap_or(render.max_depth);
         render.seed = self.seed.unwrap_or(render.seed);
         render.integrator = self.integrator.unwrap_or(render.integrator);
-        validate_film(film).map_err(CliError::Input)
+        validate_film(film).map_err(|error| CliError::Input(error.to_string()))
     }
 
     fn output_file(&self, scene: &SceneDescription) -> Result<(PathBuf, Format), CliError> {

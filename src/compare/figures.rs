@@ -114,7 +114,7 @@ impl MethodFigures {
             triangles: result.triangles,
             patches: result.patches,
             deviation: result.deviation.as_ref().ok().copied(),
-            deviation_error: result.deviation.as_ref().err().cloned(),
+            deviation_error: result.deviation.as_ref().err().map(ToString::to_string),
             silhouette: result.silhouette,
             image: comparison.map(ImageFigures::from_comparison),
             seconds: result.seconds.build + result.seconds.render,

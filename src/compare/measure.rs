@@ -212,7 +212,7 @@ impl Comparing<'_> {
         &self,
         scene: &SceneDescription,
         built: &BuiltScene,
-    ) -> Result<Result<Deviation, String>, CompareError> {
+    ) -> Result<Result<Deviation, DeviationError>, CompareError> {
         let mut worst = Deviation::default();
         for &index in &self.objects {
             let found = if scene.objects[index].method.is_exact() {
@@ -224,7 +224,7 @@ impl Comparing<'_> {
             let found = match found {
                 Ok(found) => found,
                 Err(DeviationError::Interrupted) => return Err(RenderError::Interrupted.into()),
-                Err(error) => return Ok(Err(error.to_string())),
+                Err(error) => return Ok(Err(error)),
             };
             let diagonal = diagonal(self.exact, index);
             worst = Deviation {

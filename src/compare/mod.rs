@@ -6,7 +6,7 @@ mod silhouette;
 
 use serde::Serialize;
 
-use crate::deviation::Deviation;
+use crate::deviation::{Deviation, DeviationError};
 use crate::film::Image;
 use crate::model::Representation;
 use crate::scene::BuiltScene;
@@ -29,7 +29,7 @@ pub struct MethodResult {
     /// Patches of the deformed objects.
     pub patches: usize,
     /// How far they are from the exact shape; why that is not known, if it is not.
-    pub deviation: Result<Deviation, String>,
+    pub deviation: Result<Deviation, DeviationError>,
     /// Silhouettes against the exact picture's; none if only one picture has any.
     pub silhouette: Option<SilhouetteError>,
     /// Time.

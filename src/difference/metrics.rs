@@ -9,8 +9,8 @@ use super::flip::{PIXELS_PER_DEGREE, hdr_flip, ldr_flip, magma};
 use super::pairing::Value;
 use super::ssim::ssim;
 use super::ulp::ulp_distance;
+use crate::choice::UnknownName;
 use crate::film::{Raster, SampleKind};
-use crate::suggestion::did_you_mean;
 
 /// Added to the square of the reference, so that black has a relative error too.
 const RELATIVE_FLOOR: f64 = 1e-2;
@@ -64,14 +64,12 @@ impl Metric {
 }
 
 impl FromStr for Metric {
-    type Err = String;
+    type Err = UnknownName;
 
-    fn from_str(name: &str) -> Result<Self, String> {
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
         let names = NAMES.map(|(name, _)| name);
         let found = NAMES.iter().find(|(known, _)| *known == name);
-        found.map(|(_, metric)| *metric).ok_or_else(|| {
-            format!("unknown metric {name:?} (known: {}){}", names.join(", "), did_you_mean(name, &names))
-        })
+        found.map(|(_, metric)| *metric).ok_or_else(|| UnknownName::new("metric", &names, name))
     }
 }
 

@@ -34,7 +34,7 @@ pub use metrics::{ErrorMap, Measured, Metric};
 pub use pairing::{LayerKind, Mismatch};
 pub use pixels::{Figures, Place, Status};
 pub use ssim::{Ssim, ssim};
-pub use thresholds::{LayerRule, Thresholds};
+pub use thresholds::{LayerRule, LayerRuleError, Thresholds};
 pub use why::why;
 pub use worst::{WorstPixel, difference_layers};
 pub use ztest::{Estimate, MeanDifference, ZTest, z_test};

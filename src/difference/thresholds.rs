@@ -1,8 +1,9 @@
 //! What a difference may be before it fails, or is worth a warning.
 
 use serde::Serialize;
+use thiserror::Error;
 
-use crate::suggestion::did_you_mean;
+use crate::choice::UnknownName;
 
 /// Names by which the layer of channels without a dot is called: R, G, B, A.
 pub(super) const COLOUR_NAMES: [&str; 5] = ["color", "colour", "RGBA", "RGB", ""];
@@ -94,6 +95,29 @@ const KEYS: [(&str, Key); 12] = [
     ("ignore", Key::Ignore),
 ];
 
+/// Why a text gives no thresholds of a layer.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum LayerRuleError {
+    /// A key that there is not.
+    #[error("--layer {layer}: {error}")]
+    Key {
+        /// The layer.
+        layer: String,
+        /// The key, and those that there are.
+        error: UnknownName,
+    },
+    /// A value that is no number of at least 0.
+    #[error("--layer {layer}: {key}={value}: a number that is not negative is needed")]
+    Value {
+        /// The layer.
+        layer: String,
+        /// The key.
+        key: String,
+        /// The text in its place.
+        value: String,
+    },
+}
+
 /// Thresholds of one layer or channel, over those of all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerRule {
@@ -108,18 +132,15 @@ impl LayerRule {
     /// With `degrees` or `ulp` and no `fail` or `warn`, these alone decide.
     ///
     /// # Errors
-    /// What is wrong, and what would be right.
-    pub fn parse(name: &str, settings: &str) -> Result<Self, String> {
+    /// If a key or a value is wrong; the message says what would be right.
+    pub fn parse(name: &str, settings: &str) -> Result<Self, LayerRuleError> {
         let names = KEYS.map(|(name, _)| name);
         let mut parsed = Vec::new();
         for setting in settings.split(',') {
             let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
             let Some((_, known)) = KEYS.iter().find(|(name, _)| *name == key.trim()) else {
-                let meant = did_you_mean(key, &names);
-                return Err(format!(
-                    "--layer {name}: unknown key {key:?} (known: {}){meant}",
-                    names.join(", ")
-                ));
+                let error = UnknownName::new("key", &names, key);
+                return Err(LayerRuleError::Key { layer: name.to_owned(), error });
             };
             let number = match (known, value.trim()) {
                 (Key::Ignore, "" | "true") => Some(1.0),
@@ -127,8 +148,10 @@ impl LayerRule {
                 (Key::AllowFailures | Key::Ulp, text) => text.parse::<u32>().ok().map(f64::from),
                 (_, text) => text.parse().ok().filter(|&number: &f64| number >= 0.0),
             };
-            let number = number.ok_or_else(|| {
-                format!("--layer {name}: {key}={value}: a number that is not negative is needed")
+            let number = number.ok_or_else(|| LayerRuleError::Value {
+                layer: name.to_owned(),
+                key: key.to_owned(),
+                value: value.to_owned(),
             })?;
             parsed.push((*known, number));
         }
@@ -233,6 +256,7 @@ mod tests {
         ];
         for (text, want) in cases {
             let error = LayerRule::parse("depth", text).unwrap_err();
+            let error = error.to_string();
             assert!(error.contains(want) && error.contains("--layer depth"), "{error}");
         }
     }

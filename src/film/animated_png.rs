@@ -1,17 +1,18 @@
 //! PNG files that show several pictures in turn; the only file that names the `png` crate.
 
+use super::picture::EncodeError;
 use super::raster::Raster;
 
 /// The bytes of a PNG file that shows rasters of one size in turn, for ever; programs that know no such files show the first.
 ///
 /// # Errors
-/// What the encoder says: if there are no rasters, or if their sizes differ.
-pub fn encode_animation(frames: &[&Raster], milliseconds: u16) -> Result<Vec<u8>, String> {
-    let first = frames.first().ok_or("no pictures")?;
+/// If there are no rasters, or if their sizes differ.
+pub fn encode_animation(frames: &[&Raster], milliseconds: u16) -> Result<Vec<u8>, EncodeError> {
+    let first = frames.first().ok_or(EncodeError::NoPictures)?;
     if frames.iter().any(|frame| frame.size != first.size) {
-        return Err("the pictures' sizes differ".to_owned());
+        return Err(EncodeError::Sizes);
     }
-    encode(frames, first.size, milliseconds).map_err(|error| error.to_string())
+    encode(frames, first.size, milliseconds).map_err(|error| EncodeError::Encoder(error.to_string()))
 }
 
 fn encode(

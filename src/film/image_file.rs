@@ -8,7 +8,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, RgbImage, Rgba
 
 use super::image::Image;
 use super::layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind};
-use super::picture::{Picture, PictureError};
+use super::picture::{EncodeError, Picture, PictureError};
 use super::picture_limits::{PictureLimits, check_promise};
 use super::raster::{Raster, to_byte};
 use crate::output::{OutputError, write_whole};
@@ -22,8 +22,9 @@ const MIN_ALPHA: f32 = 0.5 / 255.0;
 /// # Errors
 /// If the file cannot be written; nothing is left half-written then.
 pub fn write_png(path: &Path, picture: &Image) -> Result<(), OutputError> {
-    let bytes = encode_png(picture);
-    write_whole(path, &bytes.map_err(|reason| OutputError::Encode { path: path.into(), reason })?)
+    let bytes = encode_png(picture)
+        .map_err(|error| OutputError::Encode { path: path.into(), reason: error.to_string() })?;
+    write_whole(path, &bytes)
 }
 
 /// R, G, B, A as an 8-bit sRGB preview of the data window: the bytes of a PNG file.
@@ -33,8 +34,8 @@ pub fn write_png(path: &Path, picture: &Image) -> Result<(), OutputError> {
 /// makes them brighter than 1 they are clamped. A missing alpha is 1, a missing colour 0.
 ///
 /// # Errors
-/// What the encoder says: if the picture has no pixels.
-pub fn encode_png(picture: &Image) -> Result<Vec<u8>, String> {
+/// If the picture has no pixels.
+pub fn encode_png(picture: &Image) -> Result<Vec<u8>, EncodeError> {
     let window = picture.data_window();
     let channels = ["R", "G", "B", "A"].map(|name| picture.channel(name));
     let pixel = |x: u32, y: u32| {
@@ -46,20 +47,20 @@ pub fn encode_png(picture: &Image) -> Result<Vec<u8>, String> {
     };
     let bytes = RgbaImage::from_fn(window.width, window.height, pixel);
     let mut file = Cursor::new(Vec::new());
-    bytes.write_to(&mut file, ImageFormat::Png).map_err(|error| error.to_string())?;
+    bytes.write_to(&mut file, ImageFormat::Png).map_err(|error| EncodeError::Encoder(error.to_string()))?;
     Ok(file.into_inner())
 }
 
 /// The bytes of a PNG file of a raster.
 ///
 /// # Errors
-/// What the encoder says: if there are no pixels.
-pub fn encode_raster(raster: &Raster) -> Result<Vec<u8>, String> {
+/// If there are no pixels.
+pub fn encode_raster(raster: &Raster) -> Result<Vec<u8>, EncodeError> {
     let [width, height] = raster.size;
     let bytes = raster.pixels.as_flattened().to_vec();
-    let picture = RgbImage::from_raw(width, height, bytes).ok_or("not as many pixels as its size says")?;
+    let picture = RgbImage::from_raw(width, height, bytes).ok_or(EncodeError::PixelCount)?;
     let mut file = Cursor::new(Vec::new());
-    picture.write_to(&mut file, ImageFormat::Png).map_err(|error| error.to_string())?;
+    picture.write_to(&mut file, ImageFormat::Png).map_err(|error| EncodeError::Encoder(error.to_string()))?;
     Ok(file.into_inner())
 }
 

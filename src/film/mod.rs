@@ -31,7 +31,7 @@ pub(crate) use image_file::from_srgb;
 pub use image_file::{encode_png, encode_raster, write_png};
 pub use layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind};
 pub use overlay::Overlay;
-pub use picture::{Picture, PictureError};
+pub use picture::{EncodeError, Picture, PictureError};
 pub use picture_file::{
     check_picture_size, read_layers, read_layers_within, read_picture, read_picture_within,
 };

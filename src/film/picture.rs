@@ -13,6 +13,23 @@ pub struct Picture {
     pub pixels: Vec<[f32; 3]>,
 }
 
+/// Why pictures cannot be encoded.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum EncodeError {
+    /// The encoder refuses them, such as for having no pixels.
+    #[error("{0}")]
+    Encoder(String),
+    /// A raster that has not as many pixels as its size says.
+    #[error("not as many pixels as its size says")]
+    PixelCount,
+    /// There is no picture.
+    #[error("no pictures")]
+    NoPictures,
+    /// Pictures to be shown in turn that differ in size.
+    #[error("the pictures' sizes differ")]
+    Sizes,
+}
+
 /// Why a file gives no picture.
 #[derive(Debug, Error)]
 pub enum PictureError {

@@ -1,5 +1,7 @@
 //! The film's size and crop: their limits, shared by the scene file and the command line.
 
+use thiserror::Error;
+
 use crate::film::FilmSettings;
 
 /// Most pixels along a side: what common image programs open, and far beyond any print.
@@ -10,11 +12,61 @@ pub const MAX_SIDE: u32 = 65_536;
 /// Colour and alpha of 2²⁸ pixels take 4 GiB; a picture beyond that is better made of crops.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
+/// Why a film cannot be of a size, or have a crop.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum FilmAreaError {
+    /// A side has no pixels, or too many.
+    #[error("size {} x {} is not valid: each side is 1 to {MAX_SIDE} pixels", size[0], size[1])]
+    Side {
+        /// Width and height.
+        size: [u32; 2],
+    },
+    /// A crop without pixels.
+    #[error("crop {crop:?} is empty: its width and height (the last two) are at least 1")]
+    EmptyCrop {
+        /// Left, top, width and height.
+        crop: [u32; 4],
+    },
+    /// A crop that is not within its film.
+    #[error(
+        "crop {crop:?} reaches outside the film of {} x {} pixels: {sum} is {end}, at most {most}", size[0], size[1]
+    )]
+    Outside {
+        /// Left, top, width and height.
+        crop: [u32; 4],
+        /// Width and height of the film.
+        size: [u32; 2],
+        /// What is too much.
+        sum: &'static str,
+        /// How much it is.
+        end: u64,
+        /// How much it may be.
+        most: u32,
+    },
+    /// More pixels than are kept in memory.
+    #[error(
+        "{what} {} x {} is more than {MAX_PIXELS} pixels, the most that are kept in memory: render it in crops",
+        size[0], size[1]
+    )]
+    TooLarge {
+        /// Whether it is the size or the crop.
+        what: &'static str,
+        /// Width and height.
+        size: [u32; 2],
+    },
+    /// A text that is no size.
+    #[error("size {0:?} is not WIDTHxHEIGHT in pixels, as 640x480 would be")]
+    SizeText(String),
+    /// A text that is no crop.
+    #[error("crop {0:?} is not X,Y,WIDTH,HEIGHT in pixels, as 0,0,64,64 would be")]
+    CropText(String),
+}
+
 /// Checks a film: its size and, where it has one, its crop.
 ///
 /// # Errors
-/// A message that says what would be valid.
-pub fn validate_film(film: &FilmSettings) -> Result<(), String> {
+/// If it is not valid; the message says what would be.
+pub fn validate_film(film: &FilmSettings) -> Result<(), FilmAreaError> {
     validate_sides(film.size)?;
     match film.crop {
         Some(crop) => validate_crop(crop, film.size),
@@ -22,41 +74,34 @@ pub fn validate_film(film: &FilmSettings) -> Result<(), String> {
     }
 }
 
-fn validate_sides(size: [u32; 2]) -> Result<(), String> {
+fn validate_sides(size: [u32; 2]) -> Result<(), FilmAreaError> {
     if size.iter().all(|side| (1..=MAX_SIDE).contains(side)) {
         return Ok(());
     }
-    Err(format!("size {} x {} is not valid: each side is 1 to {MAX_SIDE} pixels", size[0], size[1]))
+    Err(FilmAreaError::Side { size })
 }
 
 /// Checks the crop `[x, y, width, height]` of a film.
 ///
 /// # Errors
-/// A message that says what would be valid.
-pub fn validate_crop(crop: [u32; 4], size: [u32; 2]) -> Result<(), String> {
+/// If it is not valid; the message says what would be.
+pub fn validate_crop(crop: [u32; 4], size: [u32; 2]) -> Result<(), FilmAreaError> {
     let [x, y, width, height] = crop;
     if width == 0 || height == 0 {
-        return Err(format!("crop {crop:?} is empty: its width and height (the last two) are at least 1"));
+        return Err(FilmAreaError::EmptyCrop { crop });
     }
-    for (name, extent, start, length, side) in
-        [("x", "width", x, width, size[0]), ("y", "height", y, height, size[1])]
-    {
+    for (sum, start, length, most) in [("x + width", x, width, size[0]), ("y + height", y, height, size[1])] {
         let end = u64::from(start) + u64::from(length);
-        if end > u64::from(side) {
-            return Err(format!(
-                "crop {crop:?} reaches outside the film of {} x {} pixels: {name} + {extent} is {end}, at most {side}",
-                size[0], size[1]
-            ));
+        if end > u64::from(most) {
+            return Err(FilmAreaError::Outside { crop, size, sum, end, most });
         }
     }
     validate_pixels("crop", [width, height])
 }
 
-fn validate_pixels(what: &str, [width, height]: [u32; 2]) -> Result<(), String> {
-    if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(format!(
-            "{what} {width} x {height} is more than {MAX_PIXELS} pixels, the most that are kept in memory: render it in crops"
-        ));
+fn validate_pixels(what: &'static str, size: [u32; 2]) -> Result<(), FilmAreaError> {
+    if u64::from(size[0]) * u64::from(size[1]) > MAX_PIXELS {
+        return Err(FilmAreaError::TooLarge { what, size });
     }
     Ok(())
 }
@@ -65,10 +110,10 @@ fn validate_pixels(what: &str, [width, height]: [u32; 2]) -> Result<(), String> 
 /// known.
 ///
 /// # Errors
-/// A message that says what would be valid.
-pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let size: [u32; 2] = integers(text, ['x', 'X'])
-        .ok_or_else(|| format!("size {text:?} is not WIDTHxHEIGHT in pixels, as 640x480 would be"))?;
+/// If it is not valid; the message says what would be.
+pub fn parse_size(text: &str) -> Result<[u32; 2], FilmAreaError> {
+    let size: [u32; 2] =
+        integers(text, ['x', 'X']).ok_or_else(|| FilmAreaError::SizeText(text.to_owned()))?;
     validate_sides(size)?;
     Ok(size)
 }
@@ -76,10 +121,9 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
 /// Reads `X,Y,WIDTH,HEIGHT`; whether it fits is for [`validate_crop`], once the size is known.
 ///
 /// # Errors
-/// A message that says what would be valid.
-pub fn parse_crop(text: &str) -> Result<[u32; 4], String> {
-    integers(text, [',', ','])
-        .ok_or_else(|| format!("crop {text:?} is not X,Y,WIDTH,HEIGHT in pixels, as 0,0,64,64 would be"))
+/// If it is not valid; the message says what would be.
+pub fn parse_crop(text: &str) -> Result<[u32; 4], FilmAreaError> {
+    integers(text, [',', ',']).ok_or_else(|| FilmAreaError::CropText(text.to_owned()))
 }
 
 fn integers<const N: usize>(text: &str, separators: [char; 2]) -> Option<[u32; N]> {
@@ -101,7 +145,7 @@ mod tests {
             ("0x480", "size 0 x 480 is not valid: each side is 1 to 65536 pixels"),
             ("1x65537", "size 1 x 65537 is not valid: each side is 1 to 65536 pixels"),
         ] {
-            assert_eq!(parse_size(text), Err(message.to_owned()));
+            assert_eq!(parse_size(text).unwrap_err().to_string(), message);
         }
     }
 
@@ -109,7 +153,7 @@ mod tests {
     fn a_film_too_large_for_memory_needs_a_crop() {
         let mut film = FilmSettings { size: [65536, 65536], ..FilmSettings::default() };
         let message = "size 65536 x 65536 is more than 268435456 pixels, the most that are kept in memory: render it in crops";
-        assert_eq!(validate_film(&film), Err(message.to_owned()));
+        assert_eq!(validate_film(&film).unwrap_err().to_string(), message);
         film.crop = Some([65535, 65535, 1, 1]);
         assert_eq!(validate_film(&film), Ok(()));
         film.size[1] = 0;
@@ -133,7 +177,7 @@ mod tests {
                 "crop [0, 4294967295, 1, 4294967295] reaches outside the film of 4 x 6 pixels: y + height is 8589934590, at most 6",
             ),
         ] {
-            assert_eq!(validate_crop(crop, [4, 6]), Err(message.to_owned()));
+            assert_eq!(validate_crop(crop, [4, 6]).unwrap_err().to_string(), message);
         }
     }
 }

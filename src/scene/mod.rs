@@ -20,5 +20,7 @@ pub use description::{
     SceneDescription,
 };
 pub use diagnostic::{Diagnostic, Located, Location, SceneError};
-pub use film_area::{MAX_PIXELS, MAX_SIDE, parse_crop, parse_size, validate_crop, validate_film};
+pub use film_area::{
+    FilmAreaError, MAX_PIXELS, MAX_SIDE, parse_crop, parse_size, validate_crop, validate_film,
+};
 pub use parse::{MAX_CONTROL_POINTS, parse_scene, parse_scene_str};

@@ -1,13 +1,8 @@
 //! Random numbers.
 
 use crate::choice::Choice;
+use crate::random::{STEP, mix, to_unit};
 use glam::DVec2;
-
-/// 2^64 divided by the golden ratio, rounded to odd: the step of `SplitMix64`.
-const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
-
-/// 2^-53, the distance of the doubles that [`Sampler::next_1d`] gives.
-const TO_UNIT: f64 = 1.0 / 9_007_199_254_740_992.0;
 
 /// How random numbers are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -78,7 +73,7 @@ impl Sampler {
         match self.index {
             None => {
                 self.state = self.state.wrapping_add(STEP);
-                (mix(self.state) >> 11) as f64 * TO_UNIT
+                to_unit(mix(self.state))
             }
             Some(index) => self.next_sobol(index).x,
         }
@@ -142,14 +137,6 @@ const fn scrambled(bits: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x0552_6c56);
     x ^= x.wrapping_mul(0x53a2_2864);
     x.reverse_bits()
-}
-
-/// The finaliser of `SplitMix64`: a bijection in which each input bit flips each output bit with a
-/// probability near one half.
-const fn mix(mut bits: u64) -> u64 {
-    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    bits ^ (bits >> 31)
 }
 
 #[cfg(test)]
