@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 /// The known name that `name` is most likely a misspelling of.
+#[must_use]
 pub fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
     // a name far longer than any other is no misspelling, and the distance costs its square
     if name.len() > 64 {

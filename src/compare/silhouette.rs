@@ -31,6 +31,7 @@ pub struct SilhouetteError {
 
 impl Silhouette {
     /// The silhouette of a scene in a picture of this width and height in pixels.
+    #[must_use]
     pub fn seen_by(scene: &TracedScene, camera: &Camera, [width, height]: [u32; 2]) -> Self {
         let object = |tracer: &mut Tracer<'_>, pixel: DVec2| {
             tracer.closest(&camera.ray(pixel, DVec2::ZERO)).map(|hit| hit.object)
@@ -92,6 +93,7 @@ impl Silhouette {
     }
 
     /// How far it is from another one, both ways; `None` if only one of them has any point.
+    #[must_use]
     pub fn error(&self, other: &Self) -> Option<SilhouetteError> {
         if self.segments.is_empty() && other.segments.is_empty() {
             return Some(SilhouetteError::default());

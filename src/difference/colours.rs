@@ -39,6 +39,7 @@ impl Colours {
     }
 
     /// Width and height.
+    #[must_use]
     pub const fn size(&self) -> [usize; 2] {
         [self.area.width as usize, self.area.height as usize]
     }
@@ -71,6 +72,7 @@ impl Colours {
     }
 
     /// Both as previews show them: clamped, on the sRGB curve, over black.
+    #[must_use]
     pub fn previews(&self) -> [Raster; 2] {
         let size = [self.area.width, self.area.height];
         self.on_screen().map(|colours| Raster::from_screen(size, &colours))

@@ -117,6 +117,7 @@ pub struct Comparison {
 
 impl Comparison {
     /// The first metric's map, or that of absolute differences.
+    #[must_use]
     pub fn heat_map(&self) -> &ErrorMap {
         self.metrics.iter().find_map(|metric| metric.map.as_ref()).unwrap_or(&self.errors)
     }

@@ -53,11 +53,13 @@ const NAMES: [(&str, Metric); 10] = [
 
 impl Metric {
     /// Its name; `mrse` is another one for `relmse`.
+    #[must_use]
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(_, metric)| *metric == self).map_or("", |(name, _)| name)
     }
 
     /// Whether more is better.
+    #[must_use]
     pub const fn is_similarity(self) -> bool {
         matches!(self, Self::Psnr | Self::Ssim)
     }
@@ -89,6 +91,7 @@ pub struct ErrorMap {
 impl ErrorMap {
     /// In the colours of magma, from black for no error to pale yellow for the scale and above, and for what is not finite.
     ///
+    #[must_use]
     pub fn raster(&self) -> Raster {
         let scale = if self.scale > 0.0 { self.scale } else { 1.0 };
         let pixels = self.values.iter().map(|value| magma(value / scale)).collect();
@@ -229,7 +232,7 @@ mod tests {
             assert_eq!(name.parse::<Metric>(), Ok(metric));
         }
         let error = "fliip".parse::<Metric>().unwrap_err();
-        assert!(error.contains("did you mean \"flip\"?"), "{error}");
+        assert!(error.to_string().contains("did you mean \"flip\"?"), "{error}");
     }
 
     #[test]

@@ -70,31 +70,37 @@ pub struct Figures {
 
 impl Figures {
     /// The mean absolute error; 0 if nothing is finite.
+    #[must_use]
     pub fn mean_error(&self) -> f64 {
         self.sum / self.values.max(1) as f64
     }
 
     /// The mean squared error.
+    #[must_use]
     pub fn mean_squared_error(&self) -> f64 {
         self.sum_sq / self.values.max(1) as f64
     }
 
     /// The root of the mean squared error.
+    #[must_use]
     pub fn rms_error(&self) -> f64 {
         self.mean_squared_error().sqrt()
     }
 
     /// The peak signal-to-noise ratio in decibels, with peak 1; infinite if all finite values are equal.
+    #[must_use]
     pub fn psnr(&self) -> f64 {
         -20.0 * libm::log10(self.rms_error())
     }
 
     /// The mean distance in units in the last place.
+    #[must_use]
     pub fn mean_ulp(&self) -> f64 {
         self.sum_ulp / self.values.max(1) as f64
     }
 
     /// The share of values that are equal, NaN with NaN; 1 if there are none.
+    #[must_use]
     pub fn equal_share(&self) -> f64 {
         let all = self.values + self.equal_non_finite + self.non_finite;
         if all == 0 { 1.0 } else { (self.equal + self.equal_non_finite) as f64 / all as f64 }

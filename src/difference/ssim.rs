@@ -35,6 +35,7 @@ pub struct Ssim {
 ///
 /// # Panics
 /// If the pictures' sizes differ or do not fit their pixels.
+#[must_use]
 pub fn ssim(reference: ColourPicture, test: ColourPicture) -> Ssim {
     let Pair { size: [width, height], pixels: [reference, mut test], damaged } = Pair::new(reference, test);
     for place in damaged {

@@ -10,6 +10,7 @@ const MOST: usize = 10;
 /// Reasons in plain words for the pictures to differ, by what their files record. Nothing if neither records anything.
 ///
 /// `differ` is whether they do, and `ztest` whether their noise is to be independent.
+#[must_use]
 pub fn why(reference: &Recorded, test: &Recorded, differ: bool, ztest: bool) -> Vec<String> {
     let mut said = Vec::new();
     let known = |recorded: &Recorded| recorded.scene_hash.is_some() || recorded.settings.is_some();

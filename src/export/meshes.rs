@@ -26,6 +26,7 @@ pub enum Precision {
 /// normals nx, ny, nz if any has them (0 where one has not).
 ///
 /// Source: Turk (1994), *The PLY Polygon File Format*.
+#[must_use]
 pub fn ply(objects: &[NamedMesh], precision: Precision) -> Vec<u8> {
     let has_uvs = objects.iter().any(|object| !object.mesh.uvs.is_empty());
     let kind = match precision {
@@ -77,6 +78,7 @@ pub fn ply(objects: &[NamedMesh], precision: Precision) -> Vec<u8> {
 }
 
 /// An OBJ file with one object (`o`) for each, numbers in as many digits as read back to the same doubles.
+#[must_use]
 pub fn obj(objects: &[NamedMesh]) -> String {
     let mut text = "# exported by trimray\n".to_owned();
     let (mut first, mut first_uv, mut first_normal) = (1, 1, 1);

@@ -32,6 +32,7 @@ const VERSION: &str = "3.9.0";
 const CLIP: [f64; 2] = [1e-4, 1e3];
 
 /// Whether a text is the beginning of a scene file that was written here.
+#[must_use]
 pub fn is_exported(text: &[u8]) -> bool {
     text.windows(MARK.len()).take(200).any(|window| window == MARK.as_bytes())
 }

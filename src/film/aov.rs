@@ -64,6 +64,7 @@ impl Aov {
     ];
 
     /// Its name in scene files, and the layer's in the EXR.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Depth => "depth",
@@ -82,6 +83,7 @@ impl Aov {
     }
 
     /// The last parts of its channels' names.
+    #[must_use]
     pub const fn components(self) -> &'static [&'static str] {
         match self {
             Self::Depth => &["T"],
@@ -94,6 +96,7 @@ impl Aov {
     }
 
     /// Mitsuba's name of the layer and of what it shows, if it has it.
+    #[must_use]
     pub const fn mitsuba_name(self) -> Option<&'static str> {
         match self {
             Self::Depth => Some("depth:depth"),
@@ -110,6 +113,7 @@ impl Aov {
     ///
     /// Texture coordinates that the mesh has not (NaN) are 0, as no reader expects NaN there.
     /// `variance`, which no hit knows, is 0.
+    #[must_use]
     pub fn values(self, hit: Option<&FirstHit>) -> DVec3 {
         let pair = |pair: DVec2| if pair.is_nan() { DVec2::ZERO } else { pair }.extend(0.0);
         let ids = hit.and_then(|hit| hit.ids);

@@ -72,16 +72,19 @@ impl Exposure {
     }
 
     /// The pixels whose samples these are.
+    #[must_use]
     pub const fn tile(&self) -> Window {
         self.tile
     }
 
     /// Samples of each pixel.
+    #[must_use]
     pub fn samples(&self) -> u32 {
         self.sums.samples()
     }
 
     /// Whether the samples are those from index 0 on.
+    #[must_use]
     pub fn starts_at_zero(&self) -> bool {
         self.sums.start_at_zero()
     }

@@ -70,22 +70,26 @@ impl Film {
     }
 
     /// The pixels of the picture: the crop.
+    #[must_use]
     pub const fn window(&self) -> Window {
         self.window
     }
 
     /// The reconstruction filter.
+    #[must_use]
     pub const fn filter(&self) -> Filter {
         self.filter
     }
 
     /// The layers.
+    #[must_use]
     pub fn aovs(&self) -> &[Aov] {
         &self.aovs
     }
 
     /// The tiles to sample, row by row: all pixels whose samples count for one of the crop. They are on one grid for all
     /// crops, so that a pixel's sums are added up alike in all of them.
+    #[must_use]
     pub fn tiles(&self) -> Vec<Window> {
         let sampled = self.window.grown(self.filter.border(), self.frame());
         self.frame().tiles(TILE_SIDE).filter_map(|tile| tile.intersection(sampled)).collect()
@@ -97,6 +101,7 @@ impl Film {
     }
 
     /// A tile without samples.
+    #[must_use]
     pub fn exposure(&self, tile: Window) -> Exposure {
         Exposure::new(tile, self.window, self.filter, &self.aovs)
     }
@@ -133,6 +138,7 @@ impl Film {
     }
 
     /// The pixels of the picture that are in a tile, and all channels of each in turn, of the samples of the tiles `near`.
+    #[must_use]
     pub fn develop_tile(&self, exposure: &Exposure, near: &[&Exposure]) -> Option<(Window, Vec<f32>)> {
         let window = exposure.tile().intersection(self.window)?;
         let mut channels = Vec::new();

@@ -42,6 +42,7 @@ impl Filter {
     pub(super) const MAX_BORDER: u32 = Self::Lanczos.border();
 
     /// Distance along each axis from which the filter is 0, in pixels.
+    #[must_use]
     pub const fn radius(self) -> f64 {
         match self {
             Self::Box => 0.5,
@@ -52,6 +53,7 @@ impl Filter {
     }
 
     /// How many pixels to each side of its own a sample counts for at most.
+    #[must_use]
     pub const fn border(self) -> u32 {
         match self {
             Self::Box => 0,
@@ -62,6 +64,7 @@ impl Filter {
     }
 
     /// The filter at a distance from the pixel's centre along one axis; of two axes the product counts. Not normalised.
+    #[must_use]
     pub fn eval(self, distance: f64) -> f64 {
         let x = distance.abs();
         if x >= self.radius() {

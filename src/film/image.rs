@@ -15,11 +15,13 @@ pub struct Window {
 
 impl Window {
     /// How many pixels it has.
+    #[must_use]
     pub const fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
     }
 
     /// The pixels that are in both, if any.
+    #[must_use]
     pub fn intersection(&self, other: Self) -> Option<Self> {
         let (x, y) = (self.x.max(other.x), self.y.max(other.y));
         let right = (self.x + self.width).min(other.x + other.width);
@@ -37,6 +39,7 @@ impl Window {
     }
 
     /// Index of a pixel of the window, row by row.
+    #[must_use]
     pub const fn index(&self, [x, y]: [u32; 2]) -> usize {
         (y - self.y) as usize * self.width as usize + (x - self.x) as usize
     }
@@ -81,27 +84,32 @@ pub struct Image {
 
 impl Image {
     /// A black picture: `data_window` of a full frame of `display_size` pixels.
+    #[must_use]
     pub fn new(display_size: [u32; 2], data_window: Window, names: &[String]) -> Self {
         let channel = |name: &String| Channel { name: name.clone(), values: vec![0.0; data_window.pixels()] };
         Self { display_size, data_window, channels: names.iter().map(channel).collect() }
     }
 
     /// Width and height of the full frame (OpenEXR's display window, which starts at 0, 0).
+    #[must_use]
     pub const fn display_size(&self) -> [u32; 2] {
         self.display_size
     }
 
     /// The pixels there are (OpenEXR's data window).
+    #[must_use]
     pub const fn data_window(&self) -> Window {
         self.data_window
     }
 
     /// The channels, in the order they were asked for.
+    #[must_use]
     pub fn channels(&self) -> &[Channel] {
         &self.channels
     }
 
     /// The channel of that name.
+    #[must_use]
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
         let channel = self.channels.iter().find(|channel| channel.name == name);
         channel.map(|channel| channel.values.as_slice())

@@ -15,6 +15,7 @@ pub struct Area {
 
 impl Area {
     /// How many pixels it has.
+    #[must_use]
     pub const fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
     }
@@ -23,6 +24,7 @@ impl Area {
     ///
     /// # Panics
     /// If the area has no columns.
+    #[must_use]
     pub fn place(&self, index: usize) -> [i32; 2] {
         let (row, column) = (index / self.width as usize, index % self.width as usize);
         #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "within the area")]
@@ -31,6 +33,7 @@ impl Area {
     }
 
     /// Index of a pixel, row by row; none outside.
+    #[must_use]
     pub fn index(&self, [x, y]: [i32; 2]) -> Option<usize> {
         let column = u32::try_from(i64::from(x) - i64::from(self.x)).ok()?;
         let row = u32::try_from(i64::from(y) - i64::from(self.y)).ok()?;
@@ -39,6 +42,7 @@ impl Area {
     }
 
     /// The pixels that are in both, if any.
+    #[must_use]
     pub fn intersection(&self, other: Self) -> Option<Self> {
         let end = |start: i32, length: u32| i64::from(start) + i64::from(length);
         let (x, y) = (self.x.max(other.x), self.y.max(other.y));
@@ -73,6 +77,7 @@ pub enum SampleKind {
 
 impl SampleKind {
     /// As OpenEXR and OpenImageIO call it.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Half => "half",
@@ -106,11 +111,13 @@ pub struct LayeredChannel {
 
 impl LayeredChannel {
     /// The name of the channel's layer: all before the last dot; empty for colours.
+    #[must_use]
     pub fn layer(&self) -> &str {
         self.name.rsplit_once('.').map_or("", |(layer, _)| layer)
     }
 
     /// The name within its layer.
+    #[must_use]
     pub fn short_name(&self) -> &str {
         self.name.rsplit_once('.').map_or(self.name.as_str(), |(_, short)| short)
     }
@@ -119,6 +126,7 @@ impl LayeredChannel {
     ///
     /// # Panics
     /// If there is no such pixel.
+    #[must_use]
     pub fn value(&self, index: usize) -> f64 {
         match &self.numbers {
             Numbers::Real(values) => f64::from(values[index]),
@@ -140,6 +148,7 @@ pub struct Part {
 
 impl Part {
     /// The channel of that name.
+    #[must_use]
     pub fn channel(&self, name: &str) -> Option<&LayeredChannel> {
         self.channels.iter().find(|channel| channel.name == name)
     }

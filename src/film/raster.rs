@@ -11,6 +11,7 @@ pub struct Raster {
 
 impl Raster {
     /// The raster of colours on the sRGB curve, which are clamped to `[0, 1]`; NaN is black.
+    #[must_use]
     pub fn from_screen(size: [u32; 2], colours: &[[f32; 3]]) -> Self {
         let pixels = colours.iter().map(|colour| colour.map(|share| to_byte(f64::from(share))));
         Self { size, pixels: pixels.collect() }

@@ -46,11 +46,13 @@ impl DirectManipulation {
     }
 
     /// Number of independent sources.
+    #[must_use]
     pub fn rank(&self) -> usize {
         self.system.rank()
     }
 
     /// Greatest over least singular value of R, of the independent sources.
+    #[must_use]
     pub fn condition(&self) -> f64 {
         self.system.condition()
     }
@@ -86,6 +88,7 @@ impl DirectManipulation {
     ///
     /// # Panics
     /// If there are not as many displacements as sources.
+    #[must_use]
     pub fn solve_least_squares(&self, displacements: &[DVec3]) -> PointSolution {
         let multipliers = self.multipliers(displacements);
         let [x, y, z] = [0, 1, 2].map(|axis| {
@@ -113,6 +116,7 @@ impl DirectManipulation {
     ///
     /// # Panics
     /// If there are not as many displacements as sources.
+    #[must_use]
     pub fn decompose(&self, displacements: &[DVec3]) -> Vec<DVec3> {
         let multipliers = self.multipliers(displacements);
         multipliers.iter().enumerate().map(|(q, m)| self.system.norm_squared(q) * *m).collect()
@@ -122,6 +126,7 @@ impl DirectManipulation {
     ///
     /// # Panics
     /// If there are not as many displacements as sources.
+    #[must_use]
     pub fn inverse(&self, displacements: &[DVec3]) -> PointSolution {
         let back: Vec<DVec3> = displacements.iter().map(|displacement| -displacement).collect();
         self.solve_least_squares(&back)

@@ -69,6 +69,7 @@ pub(super) fn is_estimate(reference: &LayeredPicture) -> bool {
 /// sample, are of other places than the test's and only need to be finite. Other references are judged by thresholds, ids exactly.
 /// Values that are not finite fail, in whichever of the two, in both too. Channels of the test alone are left out. A reference that
 /// knows nothing of windows may be a crop.
+#[must_use]
 pub fn judge(reference: &LayeredPicture, test: &LayeredPicture, settings: &JudgeSettings) -> Judgement {
     let estimate = is_estimate(reference);
     let ztest = estimate || settings.ztest;

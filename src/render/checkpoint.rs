@@ -97,6 +97,7 @@ pub struct Checkpoint {
 
 impl CheckpointFile {
     /// Saves to `path` every `interval`; a state serves for any number of samples of a picture.
+    #[must_use]
     pub fn new(path: PathBuf, identity: &PictureIdentity, interval: Duration) -> Self {
         Self { path, identity: identity.without_samples(), interval, saved: Mutex::new(Instant::now()) }
     }

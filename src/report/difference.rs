@@ -25,6 +25,7 @@ pub struct DifferencePage<'a> {
 }
 
 /// A page with the pictures to wipe and flip, the heat map, the figures, and the worst pixels.
+#[must_use]
 pub fn difference_page(title: &str, shown: &DifferencePage<'_>) -> String {
     page(title, &body(shown))
 }

@@ -6,6 +6,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 pub type Html = Markup;
 
 /// A page of its own, for light and dark screens, with what the pictures of this module need.
+#[must_use]
 pub fn page(title: &str, body: &Html) -> String {
     let page = html! {
         (DOCTYPE)
@@ -26,6 +27,7 @@ pub fn page(title: &str, body: &Html) -> String {
 }
 
 /// A table; rows shorter than the heading are filled with nothing.
+#[must_use]
 pub fn table(heading: &[&str], rows: &[Vec<String>]) -> Html {
     html! {
         div class="scroll" { table {

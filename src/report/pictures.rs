@@ -23,6 +23,7 @@ impl Shown<'_> {
 }
 
 /// A picture with its label below.
+#[must_use]
 pub fn figure(picture: &Shown<'_>) -> Html {
     html! {
         figure {
@@ -33,6 +34,7 @@ pub fn figure(picture: &Shown<'_>) -> Html {
 }
 
 /// Two pictures of one size in one place, the first to the left of a line that the pointer and the arrow keys move.
+#[must_use]
 pub fn wipe(first: &Shown<'_>, second: &Shown<'_>) -> Html {
     html! {
         figure {
@@ -48,6 +50,7 @@ pub fn wipe(first: &Shown<'_>, second: &Shown<'_>) -> Html {
 }
 
 /// Two pictures of one size in one place, in turn: with each click, space or return, or twice a second after `p`.
+#[must_use]
 pub fn flip(first: &Shown<'_>, second: &Shown<'_>) -> Html {
     html! {
         figure {

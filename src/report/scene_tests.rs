@@ -23,6 +23,7 @@ pub struct SceneTestShown {
 }
 
 /// A page with the counts, then the scenes that failed, then those that passed, folded.
+#[must_use]
 pub fn scene_tests_page(title: &str, tests: &[SceneTestShown], warnings: &[String]) -> String {
     let (failed, passed): (Vec<_>, Vec<_>) = tests.iter().partition(|test| !test.failures.is_empty());
     let status = if failed.is_empty() { "pass" } else { "fail" };

@@ -58,6 +58,7 @@ impl SceneTimes {
 
 impl BuiltScene {
     /// What a renderer needs of it.
+    #[must_use]
     pub fn shading(&self) -> ShadingScene<'_, TracedScene> {
         ShadingScene { geometry: &self.traced, object_materials: &self.materials, lights: &self.lights }
     }

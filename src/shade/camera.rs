@@ -156,12 +156,14 @@ impl Camera {
     }
 
     /// Whether rays depend on a place on the lens.
+    #[must_use]
     pub const fn has_lens(&self) -> bool {
         matches!(self.projection, Projection::Perspective { lens: Some(_), .. })
     }
 
     /// The ray through the film at `pixel` (pixel centres are at +0.5), its direction of length 1, by way of the place on the
     /// lens that uniform `on_lens` in `[0, 1)²` gives.
+    #[must_use]
     pub fn ray(&self, pixel: DVec2, on_lens: DVec2) -> Ray {
         // [-1, 1]² over the film, y upwards
         let x = (2.0 * pixel.x / self.size.x - 1.0) * self.half_extent.x;
@@ -182,6 +184,7 @@ impl Camera {
     }
 
     /// Where a point is in the picture, in pixels, if it is before the camera; by a lens's middle.
+    #[must_use]
     pub fn project(&self, point: DVec3) -> Option<DVec2> {
         let seen = point - self.origin;
         let depth = match self.projection {
@@ -196,12 +199,14 @@ impl Camera {
     ///
     /// For column vectors; OpenEXR's row vectors make its rows these columns, so that
     /// `to_cols_array` is the attribute's 16 numbers in file order.
+    #[must_use]
     pub fn camera_from_world(&self) -> DMat4 {
         let row = |axis: DVec3| axis.extend(-axis.dot(self.origin));
         DMat4::from_cols(row(self.right), row(self.up), row(-self.forward), DVec4::W).transpose()
     }
 
     /// Width of the picture, at distance 1 if rays are not parallel (OpenEXR `screenWindowWidth`).
+    #[must_use]
     pub fn screen_window_width(&self) -> f64 {
         2.0 * self.half_extent.x
     }

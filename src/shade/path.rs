@@ -99,6 +99,7 @@ impl PathIntegrator {
     /// `direct` is Mitsuba's with its defaults: one light sample and one material sample, so a
     /// path of depth 2 without Russian roulette (`max_depth` and `rr_depth` do not apply), and
     /// it leaves alpha 0 where a ray leaves the scene even if a light is seen there.
+    #[must_use]
     pub fn new(settings: &RenderSettings) -> Self {
         let hide_emitters = settings.hide_emitters;
         match settings.integrator {

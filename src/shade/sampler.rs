@@ -53,6 +53,7 @@ pub struct Sampler {
 
 impl SamplerKind {
     /// The numbers of sample `sample` of `pixel`, from dimension 0 on.
+    #[must_use]
     pub const fn sampler(self, seed: u64, pixel: [u32; 2], sample: u32) -> Sampler {
         match self {
             Self::Independent => Sampler::new(seed, pixel, sample),
@@ -63,6 +64,7 @@ impl SamplerKind {
 
 impl Sampler {
     /// The independent numbers of sample `sample` of `pixel`, from dimension 0 on.
+    #[must_use]
     pub const fn new(seed: u64, pixel: [u32; 2], sample: u32) -> Self {
         let of_sample = mix(pixel_hash(seed, pixel) ^ (sample as u64).wrapping_mul(STEP));
         Self { state: of_sample, index: None }

@@ -94,6 +94,7 @@ impl<G: Geometry> ShadingScene<'_, G> {
     }
 
     /// The ray from a surface to a light's sample; `None` if the shape of another light is in the way.
+    #[must_use]
     pub fn shadow_ray(&self, from: &SurfaceInteraction, light: &LightSample) -> Option<Ray> {
         let ray = spawn_shadow_ray(from, light);
         let target = light.end.and_then(|end| end.light);
@@ -115,6 +116,7 @@ impl<G: Geometry> ShadingScene<'_, G> {
     ///
     /// # Panics
     /// If the object has no material: `object_materials` must have one for each object.
+    #[must_use]
     pub fn material(&self, hit: &SurfaceInteraction) -> &PreparedMaterial {
         &self.object_materials[hit.object as usize]
     }

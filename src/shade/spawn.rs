@@ -10,6 +10,7 @@ use crate::trace::{Ray, SurfaceInteraction};
 pub(super) const BOUNDS_AWAY: f64 = 2.0;
 
 /// A ray from the surface in a direction of any length but 0.
+#[must_use]
 pub fn spawn_ray(from: &SurfaceInteraction, direction: DVec3) -> Ray {
     Ray::new(offset_origin(from, direction), direction)
 }
@@ -20,6 +21,7 @@ pub fn spawn_ray(from: &SurfaceInteraction, direction: DVec3) -> Ray {
 /// error bounds (the unknown surface's is taken to be the shaded one's), and a shift along the
 /// light's normal moves the crossing by the shift over the cosine. So the ray ends
 /// 2 · (sum of the bounds) / cos before the light: relative to the distance, a few ulps.
+#[must_use]
 pub fn spawn_shadow_ray(from: &SurfaceInteraction, light: &LightSample) -> Ray {
     let origin = offset_origin(from, light.direction);
     let Some(end) = light.end else {

@@ -39,6 +39,7 @@ pub(super) fn cosine_hemisphere_pdf(cos_theta: f64) -> f64 {
 }
 
 /// A unit vector, uniform by solid angle: z uniform in `[-1, 1]`, and any azimuth (Archimedes).
+#[must_use]
 pub fn uniform_sphere(u: DVec2) -> DVec3 {
     let z = 1.0 - 2.0 * u.y;
     let radius = (1.0 - z * z).max(0.0).sqrt();

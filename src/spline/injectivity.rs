@@ -33,6 +33,7 @@ pub enum Orientation {
 ///
 /// # Panics
 /// If the volume has no such knot box.
+#[must_use]
 pub fn orientation(volume: &SplineVolume, knot_box: KnotBox) -> Orientation {
     let mut queue = VecDeque::from([bezier_form(volume, knot_box)]);
     let degree = volume.degree();

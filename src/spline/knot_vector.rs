@@ -89,26 +89,31 @@ impl KnotVector {
     }
 
     /// Degree k.
+    #[must_use]
     pub fn degree(&self) -> usize {
         self.degree
     }
 
     /// Number of control points n.
+    #[must_use]
     pub fn points(&self) -> usize {
         self.points
     }
 
     /// All n + k + 1 knots.
+    #[must_use]
     pub fn knots(&self) -> &[f64] {
         &self.knots
     }
 
     /// Number of knot intervals, n - k.
+    #[must_use]
     pub fn intervals(&self) -> usize {
         self.points - self.degree
     }
 
     /// The knots that bound the intervals: start of the domain, inner knots, end of the domain.
+    #[must_use]
     pub fn breakpoints(&self) -> &[f64] {
         &self.knots[self.degree..=self.points]
     }
@@ -116,6 +121,7 @@ impl KnotVector {
     /// The interval of a parameter: half open `[U_i, U_{i+1})`, the last one closed.
     ///
     /// `None` outside the domain and for NaN.
+    #[must_use]
     pub fn interval(&self, parameter: f64) -> Option<usize> {
         let breakpoints = self.breakpoints();
         let last = breakpoints.len() - 1;
@@ -132,6 +138,7 @@ impl KnotVector {
     ///
     /// # Panics
     /// If `i` is not below the number of control points.
+    #[must_use]
     pub fn greville(&self, i: usize) -> f64 {
         let start = self.knots[0];
         let sum: f64 = self.knots[i + 1..=i + self.degree].iter().map(|knot| knot - start).sum();

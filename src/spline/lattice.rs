@@ -55,22 +55,26 @@ impl ControlLattice {
     }
 
     /// Numbers of control points along the three axes.
+    #[must_use]
     pub fn counts(&self) -> [usize; 3] {
         std::array::from_fn(|axis| self.axes[axis].points())
     }
 
     /// Control points, Cartesian with the weight as fourth component, third index fastest.
+    #[must_use]
     pub fn points(&self) -> &[DVec4] {
         &self.points
     }
 
     /// Least and greatest corner of the box.
+    #[must_use]
     pub const fn bounds(&self) -> [DVec3; 2] {
         self.bounds
     }
 
     /// The basis functions at a point of the box, without weights: places of control points in [`Self::points`] and values.
     /// `None` outside the box.
+    #[must_use]
     pub fn basis(&self, parameters: DVec3) -> Option<Vec<(usize, f64)>> {
         let [_, ny, nz] = self.counts();
         let mut basis = vec![(0, 1.0)];
@@ -89,6 +93,7 @@ impl ControlLattice {
     }
 
     /// Where the lattice takes a point of the box; `None` outside.
+    #[must_use]
     pub fn position(&self, parameters: DVec3) -> Option<DVec3> {
         let weighted = |(flat, value): (usize, f64)| {
             let point = self.points[flat];
@@ -99,12 +104,14 @@ impl ControlLattice {
     }
 
     /// Whether a control point is in the held outer layers.
+    #[must_use]
     pub fn is_held(&self, index: [usize; 3]) -> bool {
         let counts = self.counts();
         (0..3).any(|axis| index[axis] < self.hold || index[axis] + self.hold >= counts[axis])
     }
 
     /// Index (i, j, k) of a control point from its place in [`Self::points`].
+    #[must_use]
     pub fn index_of(&self, flat: usize) -> [usize; 3] {
         let [_, ny, nz] = self.counts();
         [flat / (ny * nz), flat / nz % ny, flat % nz]

@@ -115,26 +115,31 @@ impl SplineVolume {
     }
 
     /// The knot vectors of the three axes.
+    #[must_use]
     pub fn axes(&self) -> &[KnotVector; 3] {
         &self.axes
     }
 
     /// Degrees along the three axes.
+    #[must_use]
     pub fn degree(&self) -> [usize; 3] {
         std::array::from_fn(|axis| self.axes[axis].degree())
     }
 
     /// Numbers of control points along the three axes.
+    #[must_use]
     pub fn points(&self) -> [usize; 3] {
         std::array::from_fn(|axis| self.axes[axis].points())
     }
 
     /// Whether the weights differ.
+    #[must_use]
     pub fn is_rational(&self) -> bool {
         self.rational
     }
 
     /// Lowest and highest corner of the parameter domain.
+    #[must_use]
     pub fn bounds(&self) -> [DVec3; 2] {
         let ends = |axis: usize| {
             let breakpoints = self.axes[axis].breakpoints();
@@ -145,6 +150,7 @@ impl SplineVolume {
     }
 
     /// Control points, Cartesian with the weight as fourth component (1 throughout if not rational).
+    #[must_use]
     pub fn control_points(&self) -> Vec<DVec4> {
         self.homogeneous.iter().map(|h| (h.truncate() / h.w).extend(h.w)).collect()
     }
@@ -155,6 +161,7 @@ impl SplineVolume {
     }
 
     /// The knot box of a point: half open along each axis, the last box closed; `None` outside the domain.
+    #[must_use]
     pub fn knot_box(&self, parameters: DVec3) -> Option<KnotBox> {
         Some([
             self.axes[0].interval(parameters.x)?,
@@ -164,6 +171,7 @@ impl SplineVolume {
     }
 
     /// The deformed point and the Jacobian; `None` outside the domain.
+    #[must_use]
     pub fn eval(&self, parameters: DVec3) -> Option<VolumePoint> {
         Some(self.eval_in_knot_box(self.knot_box(parameters)?, parameters))
     }
@@ -174,6 +182,7 @@ impl SplineVolume {
     ///
     /// # Panics
     /// If there is no such knot box.
+    #[must_use]
     pub fn eval_in_knot_box(&self, knot_box: KnotBox, parameters: DVec3) -> VolumePoint {
         let sums = self.sums_in_knot_box(knot_box, parameters);
         let position = sums[0].truncate() / sums[0].w;

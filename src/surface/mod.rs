@@ -144,11 +144,13 @@ impl SplineSurface {
     }
 
     /// Lowest and highest parameters, along u and along v.
+    #[must_use]
     pub const fn domain(&self) -> [[f64; 2]; 2] {
         self.domain
     }
 
     /// The point at parameters of the domain, by de Boor's algorithm.
+    #[must_use]
     pub fn eval(&self, uv: DVec2) -> DVec3 {
         let [(span_u, along_u), (span_v, along_v)] = [0, 1].map(|axis| {
             let span = self.axes[axis].span(uv[axis]);
@@ -172,6 +174,7 @@ impl SplineSurface {
     /// The surface as Bézier patches, one for each pair of knot intervals in the domain: their control points are the polar
     /// forms at the intervals' ends (Ramshaw 1989, *Blossoms are polar forms*). A patch's frame takes its unit square to its
     /// rectangle of (u, v), and all of it is surface.
+    #[must_use]
     pub fn patches(&self) -> Vec<TrimmedPatch> {
         let [intervals_u, intervals_v] = [0, 1].map(|axis| self.axes[axis].intervals(self.domain[axis]));
         let mut patches = Vec::new();
@@ -197,6 +200,7 @@ impl SplineSurface {
 }
 
 /// The clamped uniform knot vector over [0, 1].
+#[must_use]
 pub fn clamped_knots(degree: usize, points: usize) -> Vec<f64> {
     let intervals = points.saturating_sub(degree).max(1);
     let inner = (1..intervals).map(|i| i as f64 / intervals as f64);

@@ -22,6 +22,7 @@ const WHITE: Colour = [0.950428545, 1.0, 1.0889003710];
 const PER_WHITE: Colour = [1.052156925, 1.0, 0.918357670];
 
 /// The sRGB curve (IEC 61966-2-1) of a linear value.
+#[must_use]
 pub fn srgb_from_linear(linear: f32) -> f32 {
     if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * power(linear, 1.0 / 2.4) - 0.055 }
 }

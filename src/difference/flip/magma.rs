@@ -1,6 +1,7 @@
 //! The colours of error maps.
 
 /// A colour for an error from 0 to 1, from black over purple and orange to a pale yellow; an error that is none is 1.
+#[must_use]
 pub fn magma(error: f32) -> [u8; 3] {
     let error = if error.is_nan() { 1.0 } else { error.clamp(0.0, 1.0) };
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 255.5")]

@@ -52,6 +52,7 @@ pub struct Exposures {
 ///
 /// # Panics
 /// If the pictures' sizes differ or do not fit their pixels, or if `pixels_per_degree` is not finite and positive.
+#[must_use]
 pub fn ldr_flip(reference: ColourPicture, test: ColourPicture, pixels_per_degree: f64) -> Vec<f32> {
     let pair = Pair::new(reference, test);
     let linear = |colour: Colour| colour.map(|share| clamped(linear_from_srgb(share)));
@@ -62,6 +63,7 @@ pub fn ldr_flip(reference: ColourPicture, test: ColourPicture, pixels_per_degree
 ///
 /// # Panics
 /// As [`ldr_flip`].
+#[must_use]
 pub fn ldr_flip_of_linear(reference: ColourPicture, test: ColourPicture, pixels_per_degree: f64) -> Vec<f32> {
     let pair = Pair::new(reference, test);
     errors(&pair, &filters(pixels_per_degree), |colour| colour.map(clamped), &mut Rows::default())
@@ -73,6 +75,7 @@ pub fn ldr_flip_of_linear(reference: ColourPicture, test: ColourPicture, pixels_
 ///
 /// # Panics
 /// As [`ldr_flip`].
+#[must_use]
 pub fn hdr_flip(reference: ColourPicture, test: ColourPicture, pixels_per_degree: f64) -> HdrFlip {
     let (pair, filters) = (Pair::new(reference, test), filters(pixels_per_degree));
     let exposures = Exposures::for_reference(reference.pixels);

@@ -301,11 +301,13 @@ impl LightSet {
     }
 
     /// Whether a light surrounds the scene.
+    #[must_use]
     pub const fn has_environment(&self) -> bool {
         self.environment.is_some()
     }
 
     /// Whether an object of the scene is a light.
+    #[must_use]
     pub fn is_object_light(&self, object: u32) -> bool {
         self.light_of(object as usize).is_some()
     }
@@ -313,6 +315,7 @@ impl LightSet {
     /// Draws a light by `choice` and a direction to it by `u`, uniform in `[0, 1)`.
     ///
     /// None if no light comes from there: the back of a shape, outside a cone, or no lights at all.
+    #[must_use]
     pub fn sample(&self, from: DVec3, choice: f64, u: DVec2) -> Option<LightSample> {
         let count = self.emitters.len() as f64;
         #[expect(
@@ -334,6 +337,7 @@ impl LightSet {
     }
 
     /// Radiance that comes from around the scene, back along a ray's direction of any length but 0.
+    #[must_use]
     pub fn environment_radiance(&self, direction: DVec3) -> DVec3 {
         match self.environment.map(|light| &self.emitters[light]) {
             Some(Emitter::Constant(sky)) => sky.radiance,
@@ -343,6 +347,7 @@ impl LightSet {
     }
 
     /// Density of [`Self::sample`] for the direction of a ray that meets no surface.
+    #[must_use]
     pub fn environment_pdf(&self, direction: DVec3) -> f64 {
         let pdf = match self.environment.map(|light| &self.emitters[light]) {
             Some(Emitter::Constant(_)) => warp::UNIFORM_SPHERE_PDF,
@@ -353,6 +358,7 @@ impl LightSet {
     }
 
     /// Density of [`Self::sample`] for the direction of a ray that met the shape of a light.
+    #[must_use]
     pub fn hit_pdf(&self, ray: &Ray, hit: &LightHit) -> f64 {
         let Emitter::Area(area) = &self.emitters[hit.light] else {
             return 0.0;
@@ -363,6 +369,7 @@ impl LightSet {
     }
 
     /// Radiance that the shape of a light sends back along the ray; its back is black.
+    #[must_use]
     pub fn hit_radiance(&self, ray: &Ray, hit: &LightHit) -> DVec3 {
         match &self.emitters[hit.light] {
             Emitter::Area(area) if ray.direction.dot(hit.hit.normal) < 0.0 => area.radiance,
@@ -371,11 +378,13 @@ impl LightSet {
     }
 
     /// Radiance that an object sends back along the ray that hit it; black if it is no light.
+    #[must_use]
     pub fn object_radiance(&self, hit: &SurfaceInteraction, direction: DVec3) -> DVec3 {
         self.object(hit).map_or(DVec3::ZERO, |object| object.radiance(hit, direction))
     }
 
     /// Density of [`Self::sample`] for the direction of a ray that hit an object, `distance` away.
+    #[must_use]
     pub fn object_pdf(&self, hit: &SurfaceInteraction, direction: DVec3, distance: f64) -> f64 {
         self.object(hit)
             .map_or(0.0, |object| object.hit_pdf(hit, direction, distance) / self.emitters.len() as f64)
@@ -389,6 +398,7 @@ impl LightSet {
     }
 
     /// The shape of a light that the ray meets first; objects are not among them.
+    #[must_use]
     pub fn closest_hit(&self, ray: &Ray) -> Option<LightHit> {
         let mut ray = *ray;
         let mut closest = None;
@@ -404,6 +414,7 @@ impl LightSet {
     }
 
     /// Whether the shape of a light other than `target` is in the ray's way.
+    #[must_use]
     pub fn blocks(&self, ray: &Ray, target: Option<usize>) -> bool {
         self.emitters.iter().enumerate().any(|(light, emitter)| {
             matches!(emitter, Emitter::Area(area)

@@ -8,6 +8,7 @@ type Row = (&'static str, [f64; 3], [f64; 3]);
 /// The optics of a named material: `eta` and `k`, the index of refraction's real and imaginary part in linear sRGB.
 ///
 /// A perfect mirror is called `none`, with 0 and 1.
+#[must_use]
 pub fn metal(name: &str) -> Option<[DVec3; 2]> {
     let (_, eta, k) = METALS.iter().find(|(known, ..)| *known == name)?;
     Some([DVec3::from_array(*eta), DVec3::from_array(*k)])

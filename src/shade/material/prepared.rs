@@ -104,6 +104,7 @@ impl<'a> Bsdf<'a> {
     ///
     /// A two-sided material does on the side that the normal turns away from what it does on the other, as Mitsuba's
     /// `twosided`.
+    #[must_use]
     pub fn eval(&self, to_viewer: DVec3, to_light: DVec3) -> BsdfValue {
         let (mut viewer, mut light) = (self.local(to_viewer), self.local(to_light));
         if self.two_sided && viewer.z < 0.0 {
@@ -115,6 +116,7 @@ impl<'a> Bsdf<'a> {
     /// Draws a direction by uniform numbers in `[0, 1)`: `choice` of the part of the model, `u` of the direction.
     ///
     /// None where no light comes from the direction drawn.
+    #[must_use]
     pub fn sample(&self, to_viewer: DVec3, choice: f64, u: DVec2) -> Option<BsdfSample> {
         let mut viewer = self.local(to_viewer);
         let turned = self.two_sided && viewer.z < 0.0;
@@ -141,6 +143,7 @@ impl<'a> Bsdf<'a> {
     }
 
     /// Whether it has more than delta distributions, so that lights can be seen in it by chance.
+    #[must_use]
     pub fn has_smooth_part(&self) -> bool {
         self.model.has_smooth_part()
     }

@@ -31,6 +31,7 @@ pub const REFRACTIVE_INDICES: &[(&str, f64)] = &[
 ];
 
 /// The index of refraction of a named material.
+#[must_use]
 pub fn refractive_index(name: &str) -> Option<f64> {
     REFRACTIVE_INDICES.iter().find(|(known, _)| *known == name).map(|(_, index)| *index)
 }
