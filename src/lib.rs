@@ -13,9 +13,11 @@
 //!    [`model`]: objects, by which all of this is used: a shape, placed, deformed and represented, built to be traced
 //! 6. [`film`], [`shade`], [`render`]: from hits to a picture
 //!    [`difference`]: how far a picture is from another; [`deviation`]: how far triangles are from a surface
-//! 7. [`scene`]: scene files; [`tessellate`], [`export`]: the exact patches or triangles for other programs;
-//!    [`compare`]: a scene by several methods; [`reference_test`]: scenes against their references;
-//!    [`report`]: what was found, for people and for build servers; the program's commands are in `src/cli`
+//! 7. [`scene`]: scene files; [`tessellate`], [`export`]: the exact patches or triangles for other programs
+//!
+//! With the feature `cli`, which is on by default, there are also `compare`, a scene by several methods; `reference_test`,
+//! scenes against their references; and `report`, what was found, for people and for build servers. The program's commands
+//! are in `src/cli`.
 //!
 //! [`prelude`] has what most programs need; `docs/library.md` has an example for each job.
 //!
