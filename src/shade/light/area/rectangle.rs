@@ -17,7 +17,7 @@ pub(super) struct Rectangle {
     /// From the centre to the middle of the side y = 1.
     half_v: DVec3,
     normal: DVec3,
-    /// Of the whole rectangle, in square world units.
+    /// Area of the whole rectangle, in square world units.
     area: f64,
 }
 
