@@ -1,14 +1,14 @@
 //! NumPy's files: `.npy` read, `.npz` written; the one file that names their crates.
 
-use std::io::{Cursor, Write};
+use std::io::{self, Cursor, Write};
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use npyz::{DType, NpyFile, Order, TypeStr, WriterBuilder};
 use thiserror::Error;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
+use crate::input::read_whole;
 use crate::output::{OutputError, write_whole};
 
 /// Why an array cannot be read.
@@ -64,7 +64,7 @@ pub struct Array {
 /// # Errors
 /// [`ArrayError`] if it is not such a file.
 pub fn read_f64(path: &Path) -> Result<Array, ArrayError> {
-    let bytes = fs::read(path).map_err(|source| ArrayError::Read { path: path.into(), source })?;
+    let bytes = read_whole(path).map_err(|source| ArrayError::Read { path: path.into(), source })?;
     let format = |reason: String| ArrayError::Format { path: path.into(), reason };
     let promised = header_length(&bytes);
     if promised > bytes.len() as u64 {
@@ -213,6 +213,8 @@ fn npy<T: npyz::AutoSerialize + Copy>(values: &[T], shape: &[u64]) -> io::Result
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn write(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {

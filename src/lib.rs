@@ -70,6 +70,7 @@ pub mod difference;
 pub mod export;
 pub mod film;
 pub mod identity;
+pub mod input;
 pub mod manipulate;
 mod math;
 pub mod mesh;

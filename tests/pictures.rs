@@ -13,6 +13,7 @@ use exr::prelude::{
     WritableImage,
 };
 use image::{ImageFormat, RgbImage};
+use trimray::film::Numbers;
 
 /// An EXR file of 4 x 4 pixels with these channels, uncompressed or deflated.
 fn exr(channels: &[&str], encoding: Encoding) -> Vec<u8> {
@@ -128,6 +129,60 @@ fn pictures_beyond_the_limit_are_refused_by_name() {
     at.write("huge.exr", huge);
     let run = bounded(&at, &["diff", "a.exr", "huge.exr"]);
     assert!(run.code == 4 && run.stderr.contains("32769x32768 pixels, more than the 1073741824"), "{run:?}");
+}
+
+#[test]
+fn one_channel_of_a_picture_is_a_texture() {
+    let at = TestFolder::new();
+    let channels = |list: &[(&str, f32)]| {
+        let list = list.iter().map(|&(name, value)| AnyChannel::new(name, FlatSamples::F32(vec![value; 16])));
+        let attributes = ImageAttributes::new(IntegerBounds::from_dimensions((4, 4)));
+        let channels = AnyChannels::sort(list.collect());
+        let layer = Layer::new((4, 4), LayerAttributes::default(), Encoding::UNCOMPRESSED, channels);
+        let mut file = Cursor::new(Vec::new());
+        exr::image::Image::new(attributes, layer).write().to_buffered(&mut file).unwrap();
+        file.into_inner()
+    };
+    at.write("maps.exr", channels(&[("R", 0.1), ("G", 0.2), ("B", 0.3), ("masks.rough", 0.4)]));
+    at.write("only.exr", channels(&[("masks.rough", 0.4)]));
+    at.write("grey.exr", channels(&[("Y", 0.4)]));
+    let scene = |texture: &str| {
+        format!(
+            "[[light]]\ntype = \"constant\"\n[[material]]\nname = \"m\"\ntype = \"diffuse\"\nreflectance = {texture}\n\
+             [[object]]\nname = \"plane\"\nmaterial = \"m\"\nsurface = {{ type = \"plane\", origin = [0, 0, 0], u = [1, 0, 0], v = [0, 1, 0] }}\n"
+        )
+    };
+    let rendered = |texture: &str| {
+        at.write("scene.toml", scene(texture));
+        at.succeed(&["render", "scene.toml", "-o", "a.exr", "--size", "8x8", "--spp", "1"]);
+        let picture = trimray::film::read_layers(&at.path("a.exr")).unwrap();
+        picture.parts[0].channels.iter().map(|channel| channel.numbers.clone()).collect::<Vec<_>>()
+    };
+    let want = rendered("0.4");
+    for texture in [
+        "{ texture = \"maps.exr\", channel = \"masks.rough\" }",
+        "{ texture = \"only.exr\" }",
+        "{ texture = \"grey.exr\" }",
+    ] {
+        let found = rendered(texture);
+        let near = |a: &Numbers, b: &Numbers| match (a, b) {
+            (Numbers::Real(a), Numbers::Real(b)) => a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6),
+            _ => false,
+        };
+        assert!(found.iter().zip(&want).all(|(a, b)| near(a, b)), "{texture}");
+    }
+    at.write("scene.toml", scene("{ texture = \"maps.exr\", channel = \"masks.smooth\" }"));
+    at.refuse(
+        &["info", "scene.toml"],
+        &["maps.exr: has no channel \"masks.smooth\", but B, G, R, masks.rough"],
+    );
+    // for Mitsuba, which takes no channel, it is a picture of its own
+    at.write("scene.toml", scene("{ texture = \"maps.exr\", channel = \"masks.rough\" }"));
+    at.succeed(&["export", "scene.toml", "--format", "mitsuba", "-o", "made", "--level", "0"]);
+    let pictures: Vec<_> = std::fs::read_dir(at.path("made/pictures")).unwrap().collect();
+    let picture = trimray::film::read_layers(&pictures[0].as_ref().unwrap().path()).unwrap();
+    assert_eq!((pictures.len(), picture.parts[0].channels.len()), (1, 1));
+    assert_eq!(picture.parts[0].channels[0].numbers, Numbers::Real(vec![0.4; 16]));
 }
 
 #[test]

@@ -74,12 +74,19 @@ fn textured(
 ) -> io::Result<Element> {
     let texture = match source {
         TextureSource::Uniform(colour) => return Ok(uniform(element, *colour)),
-        TextureSource::Bitmap(bitmap) => Element::plugin("texture", "bitmap")
-            .string("filename", &pictures.take(&bitmap.path)?)
-            .string("filter_type", bitmap.filter.name())
-            .string("wrap_mode", bitmap.wrap.name())
-            .boolean("raw", bitmap.raw)
-            .transform("to_uv", &in_space(&bitmap.to_uv)),
+        TextureSource::Bitmap(bitmap) => {
+            // Mitsuba takes no single channel: that is a picture of its own, in linear light
+            let (file, raw) = match &bitmap.channel {
+                None => (pictures.take(&bitmap.path)?, bitmap.raw),
+                Some(channel) => (pictures.take_channel(&bitmap.path, channel, bitmap.raw)?, true),
+            };
+            Element::plugin("texture", "bitmap")
+                .string("filename", &file)
+                .string("filter_type", bitmap.filter.name())
+                .string("wrap_mode", bitmap.wrap.name())
+                .boolean("raw", raw)
+                .transform("to_uv", &in_space(&bitmap.to_uv))
+        }
         TextureSource::Checkerboard(board) => Element::plugin("texture", "checkerboard")
             .rgb("color0", board.colours[0])
             .rgb("color1", board.colours[1])

@@ -224,7 +224,7 @@ fn least_bytes(part: &Header) -> u64 {
     (part.chunk_count as u64).saturating_mul(CHUNK).saturating_add(pixels / ratio)
 }
 
-/// Decodes the data window of an EXR file's first part: R, G and B, or Y for all three.
+/// Decodes the data window of an EXR file's first part: R, G and B, or Y or the only channel for all three.
 ///
 /// Colours of other primaries are converted to Rec. 709, without adaptation to its white, as Mitsuba
 /// does.
@@ -254,10 +254,10 @@ pub(super) fn decode_picture(
                 primaries.map(|primaries| xyz_from_rgb(&REC_709).inverse() * xyz_from_rgb(&primaries));
             [red, green, blue]
         }
-        // with RY and BY it would be a coloured picture
-        _ => match channel("Y").filter(|_| channel("RY").is_none()) {
-            Some(grey) => [grey; 3],
-            None => {
+        // with RY and BY it would be a coloured picture; one channel alone is grey, whatever its name
+        _ => match (channel("Y").filter(|_| channel("RY").is_none()), list.as_slice()) {
+            (Some(grey), _) | (None, [grey]) => [grey; 3],
+            _ => {
                 let names: Vec<_> = list.iter().map(|channel| channel.name.to_string()).collect();
                 return Err(PictureError::Channels { path: path.into(), found: names.join(", ") });
             }
@@ -402,7 +402,11 @@ pub fn write_layers(path: &Path, picture: &LayeredPicture) -> Result<(), OutputE
     write_whole(path, &bytes)
 }
 
-fn encode_layers(picture: &LayeredPicture) -> Result<Vec<u8>, String> {
+/// The bytes of the file that [`write_layers`] writes.
+///
+/// # Errors
+/// What the encoder says.
+pub fn encode_layers(picture: &LayeredPicture) -> Result<Vec<u8>, String> {
     let several = picture.parts.len() > 1;
     let mut layers = Vec::new();
     for (index, part) in picture.parts.iter().enumerate() {

@@ -24,7 +24,7 @@ pub use self::image::{Channel, Image, Window};
 pub use animated_png::encode_animation;
 pub use aov::Aov;
 pub use exposure::{Exposure, MergeError};
-pub use exr_file::{ExrHeader, write_exr, write_layers};
+pub use exr_file::{ExrHeader, encode_layers, write_exr, write_layers};
 pub use film::{Film, FilmError};
 pub use filter::Filter;
 pub(crate) use image_file::from_srgb;
@@ -33,7 +33,8 @@ pub use layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, 
 pub use overlay::Overlay;
 pub use picture::{EncodeError, Picture, PictureError};
 pub use picture_file::{
-    check_picture_size, read_layers, read_layers_within, read_picture, read_picture_within,
+    check_picture_size, read_channel_within, read_layers, read_layers_within, read_picture,
+    read_picture_within,
 };
 pub use picture_limits::PictureLimits;
 pub use raster::Raster;

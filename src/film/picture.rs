@@ -83,8 +83,18 @@ pub enum PictureError {
         /// The file.
         path: PathBuf,
     },
+    /// A picture without the channel that is asked for.
+    #[error("{}: has no channel {wanted:?}, but {found}", path.display())]
+    NoChannel {
+        /// The file.
+        path: PathBuf,
+        /// The channel's name.
+        wanted: String,
+        /// The names of its channels.
+        found: String,
+    },
     /// An EXR file without colours.
-    #[error("{}: has the channels {found}; a picture needs R, G and B, or Y alone", path.display())]
+    #[error("{}: has the channels {found}; a picture needs R, G and B, or one channel alone", path.display())]
     Channels {
         /// The file.
         path: PathBuf,

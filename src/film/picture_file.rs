@@ -6,6 +6,7 @@ use super::layers::LayeredPicture;
 use super::picture::{Picture, PictureError};
 use super::picture_limits::PictureLimits;
 use super::{exr_file, image_file};
+use crate::input::read_whole;
 
 /// Reads a picture: EXR (channels R, G, B, or Y), Radiance HDR, PNG or JPEG.
 ///
@@ -30,6 +31,40 @@ pub fn read_picture_within(path: &Path, raw: bool, limits: PictureLimits) -> Res
     } else {
         image_file::decode_picture(path, &bytes, raw, limits)
     }
+}
+
+/// One channel of a picture as three equal colours, by its full name: of an EXR file's first part that has it, or `R`, `G`, `B`,
+/// `Y` or `A`.
+///
+/// Numbers on the sRGB curve become linear light unless `raw`; alpha is linear in all formats.
+///
+/// # Errors
+/// As [`read_layers`]; and if there is no such channel.
+pub fn read_channel_within(
+    path: &Path,
+    channel: &str,
+    raw: bool,
+    limits: PictureLimits,
+) -> Result<Picture, PictureError> {
+    let layers = read_layers_within(path, limits)?;
+    let found = layers.parts.iter().find_map(|part| part.channel(channel).map(|found| (part, found)));
+    let Some((part, found)) = found else {
+        let names: Vec<_> =
+            layers.parts.iter().flat_map(|part| &part.channels).map(|known| &*known.name).collect();
+        let (path, found) = (path.into(), names.join(", "));
+        return Err(PictureError::NoChannel { path, wanted: channel.to_owned(), found });
+    };
+    let to_light = layers.srgb_encoded && !raw && channel != "A";
+    let pixels = (0..part.data.pixels()).map(|index| {
+        let value = found.value(index);
+        [to_f32(if to_light { image_file::from_srgb(value) } else { value }); 3]
+    });
+    Ok(Picture { size: [part.data.width, part.data.height], pixels: pixels.collect() })
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "pictures are kept in single precision")]
+const fn to_f32(value: f64) -> f32 {
+    value as f32
 }
 
 /// Refuses a picture whose header asks for more than is allowed, or promises more than the file can hold.
@@ -73,7 +108,7 @@ pub fn read_layers_within(path: &Path, limits: PictureLimits) -> Result<LayeredP
 
 /// All of a file.
 fn read_bytes(path: &Path) -> Result<Vec<u8>, PictureError> {
-    std::fs::read(path).map_err(|reason| PictureError::Read { path: path.into(), reason })
+    read_whole(path).map_err(|reason| PictureError::Read { path: path.into(), reason })
 }
 
 #[cfg(test)]

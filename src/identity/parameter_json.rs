@@ -63,10 +63,16 @@ fn parameters_json(parameters: Parameters<'_>, objects: &[TracedObject]) -> Map<
 fn texture_json(texture: &TextureSource) -> Value {
     match texture {
         TextureSource::Uniform(colour) => json!(colour.to_array()),
-        TextureSource::Bitmap(BitmapSource { path, filter, wrap, raw, to_uv }) => json!({
-            "texture": file_name(path), "filter": filter.name(), "wrap": wrap.name(), "raw": raw,
-            "to_uv": columns(to_uv),
-        }),
+        TextureSource::Bitmap(BitmapSource { path, channel, filter, wrap, raw, to_uv }) => {
+            let mut texture = json!({
+                "texture": file_name(path), "filter": filter.name(), "wrap": wrap.name(), "raw": raw,
+                "to_uv": columns(to_uv),
+            });
+            if let Some(channel) = channel {
+                texture["channel"] = channel.as_str().into();
+            }
+            texture
+        }
         TextureSource::Checkerboard(Checkerboard { colours: [color0, color1], to_uv }) => json!({
             "checkerboard": {
                 "color0": color0.to_array(), "color1": color1.to_array(), "to_uv": columns(to_uv),

@@ -10,6 +10,8 @@ use super::obj_fault::ObjFault;
 use super::obj_scan::scan;
 use super::other_format::other_format;
 use super::polygon_mesh::MeshError;
+use crate::input::read_whole;
+
 use super::{FileFaults, FileNotes, MeshNotes, PolygonMesh};
 
 /// Why an OBJ file cannot be used. Each message starts with the file's path.
@@ -127,7 +129,7 @@ pub fn load_obj(path: impl AsRef<Path>) -> Result<(PolygonMesh, MeshNotes), ObjE
     if fs::metadata(path).map_err(read_error)?.is_dir() {
         return Err(ObjError::Folder { path: path.to_owned() });
     }
-    let bytes = fs::read(path).map_err(read_error)?;
+    let bytes = read_whole(path).map_err(read_error)?;
     parse_obj(path, &bytes)
 }
 

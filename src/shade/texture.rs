@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine2, DVec2, DVec3};
 
 use crate::choice::Choice;
-use crate::film::{Picture, PictureError, PictureLimits, read_picture_within};
+use crate::film::{Picture, PictureError, PictureLimits, read_channel_within, read_picture_within};
 
 /// A colour or number as the scene file gives it; linear RGB, or three times the same number.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +50,8 @@ impl TextureSource {
 pub struct BitmapSource {
     /// The file.
     pub path: PathBuf,
+    /// The one channel that is taken as a number, by its full name; without, the colours.
+    pub channel: Option<String>,
     /// Between pixels.
     pub filter: TextureFilter,
     /// Outside of the unit square.
@@ -166,7 +168,11 @@ impl Texture {
             TextureSource::Uniform(colour) => Self::Uniform(*colour),
             TextureSource::Bitmap(source) => {
                 // how large it may be is for the scene to say
-                let picture = read_picture_within(&source.path, source.raw, PictureLimits::NONE)?;
+                let (path, limits) = (&source.path, PictureLimits::NONE);
+                let picture = match &source.channel {
+                    Some(channel) => read_channel_within(path, channel, source.raw, limits)?,
+                    None => read_picture_within(path, source.raw, limits)?,
+                };
                 Self::Bitmap(Bitmap::new(picture, source))
             }
             TextureSource::Checkerboard(board) => Self::Checkerboard(*board),

@@ -425,6 +425,7 @@ fn textures_give_their_values() {
     let want = [
         diffuse(TextureSource::Bitmap(BitmapSource {
             path: "scenes/a.png".into(),
+            channel: None,
             filter: TextureFilter::Nearest,
             wrap: TextureWrap::Mirror,
             raw: true,
@@ -432,6 +433,7 @@ fn textures_give_their_values() {
         })),
         diffuse(TextureSource::Bitmap(BitmapSource {
             path: "/b.exr".into(),
+            channel: None,
             filter: TextureFilter::Bilinear,
             wrap: TextureWrap::Repeat,
             raw: false,

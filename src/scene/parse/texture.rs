@@ -28,7 +28,7 @@ fn is_share(value: f64) -> bool {
 }
 
 fn read_texture(mut table: Table<'_>) -> Option<TextureSource> {
-    const BITMAP: &[&str] = &["texture", "filter", "wrap", "raw", "to_uv"];
+    const BITMAP: &[&str] = &["texture", "channel", "filter", "wrap", "raw", "to_uv"];
     const BOARD: &[&str] = &["checkerboard"];
     if table.has("checkerboard") {
         table.check_keys(BOARD);
@@ -44,11 +44,13 @@ fn read_texture(mut table: Table<'_>) -> Option<TextureSource> {
         return None;
     }
     let path = table.required("texture", "the path of a picture, from the scene file's folder", Value::path);
+    let channel = table.optional("channel", "the name of a channel, such as \"R\"", Value::filled_text);
     let (filter, wrap) = (table.choice("filter"), table.choice("wrap"));
     let raw = table.optional("raw", "true or false", Value::boolean);
     let to_uv = read_to_uv(&table);
     Some(TextureSource::Bitmap(BitmapSource {
         path: path?,
+        channel: channel.map(str::to_owned),
         filter: filter.unwrap_or_default(),
         wrap: wrap.unwrap_or_default(),
         raw: raw.unwrap_or_default(),

@@ -138,7 +138,7 @@ fn picture(raw: bool) -> Picture {
 }
 
 fn bitmap(filter: TextureFilter, wrap: TextureWrap, raw: bool, to_uv: DAffine2) -> Texture {
-    let source = BitmapSource { path: PathBuf::new(), filter, wrap, raw, to_uv };
+    let source = BitmapSource { path: PathBuf::new(), channel: None, filter, wrap, raw, to_uv };
     Texture::Bitmap(Bitmap::new(picture(raw), &source))
 }
 

@@ -119,6 +119,7 @@ fn principled_interfaces_are_those_of_mitsuba() {
 fn missing_pictures_are_named() {
     let reflectance = TextureSource::Bitmap(crate::shade::BitmapSource {
         path: "nowhere/none.png".into(),
+        channel: None,
         filter: crate::shade::TextureFilter::Nearest,
         wrap: crate::shade::TextureWrap::Clamp,
         raw: false,
