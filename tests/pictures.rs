@@ -132,6 +132,48 @@ fn pictures_beyond_the_limit_are_refused_by_name() {
 }
 
 #[test]
+fn pictures_of_all_formats_are_compared() {
+    let at = TestFolder::new();
+    let picture =
+        RgbImage::from_fn(20, 10, |x, y| image::Rgb([x * 12, y * 25, 90].map(|n| u8::try_from(n).unwrap())));
+    let formats = [
+        ("a.png", ImageFormat::Png),
+        ("a.tif", ImageFormat::Tiff),
+        ("a.bmp", ImageFormat::Bmp),
+        ("a.webp", ImageFormat::WebP),
+        ("a.tga", ImageFormat::Tga),
+    ];
+    for (name, format) in formats {
+        let mut file = Cursor::new(Vec::new());
+        picture.write_to(&mut file, format).unwrap();
+        at.write(name, file.into_inner());
+        let run = bounded(&at, &["diff", "a.png", name]);
+        assert_eq!(run.code, 0, "{name}: {run:?}");
+        let mut other = picture.clone();
+        other.put_pixel(3, 4, image::Rgb([0, 0, 0]));
+        let mut file = Cursor::new(Vec::new());
+        other.write_to(&mut file, format).unwrap();
+        at.write(&format!("b{name}"), file.into_inner());
+        let run = bounded(&at, &["diff", name, &format!("b{name}")]);
+        assert!(run.code == 2 && run.stdout.contains("@ (3, 4, "), "{name}: {run:?}");
+        // cut off, or refused for its size
+        let bytes = at.read(name);
+        at.write(name, &bytes[..bytes.len() / 2]);
+        assert_eq!(bounded(&at, &["diff", name, name]).code, 4, "{name}");
+        let run = bounded(&at, &["diff", "a.png", &format!("b{name}"), "--max-pixels", "199"]);
+        assert!(
+            run.code == 4 && run.stderr.contains(&format!("b{name}: has 20x10 pixels")),
+            "{name}: {run:?}"
+        );
+        at.write("a.png", if name == "a.png" { bytes } else { at.read("a.png") });
+    }
+    let float = image::Rgba32FImage::from_pixel(2, 2, image::Rgba([2.0, 1.0, 0.5, 1.0]));
+    image::DynamicImage::from(float).save(at.path("float.tif")).unwrap();
+    let run = bounded(&at, &["diff", "float.tif", "float.tif", "--json"]);
+    assert!(run.code == 0 && !run.stdout.contains("sRGB"), "{run:?}");
+}
+
+#[test]
 fn one_channel_of_a_picture_is_a_texture() {
     let at = TestFolder::new();
     let channels = |list: &[(&str, f32)]| {

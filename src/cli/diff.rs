@@ -56,7 +56,7 @@ Example: trimray diff before.exr after.exr
          trimray diff before.exr after.exr --ztest --layer st ignore --html difference.html
          trimray diff before.png after.png --metric flip --metricfail 0.05 --heatmap flip.png")]
 pub(super) struct DiffArgs {
-    /// The picture to compare with: .exr, .png, .jpg or .hdr
+    /// The picture to compare with: .exr, .hdr, .png, .jpg, .tif, .bmp, .webp or .tga
     reference: PathBuf,
     /// The picture to test, or the folder with one of the same name
     test: PathBuf,

@@ -1,10 +1,10 @@
-//! PNG files, written as previews and read, and JPEG and Radiance HDR files, read; the only file
+//! PNG files, written as previews and read, and JPEG, Radiance HDR, TIFF, BMP, WebP and TGA files, read; the only file
 //! that names the `image` crate.
 
 use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, RgbImage, Rgba, RgbaImage};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbImage, Rgba, RgbaImage};
 
 use super::image::Image;
 use super::layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind};
@@ -70,7 +70,7 @@ fn to_srgb(linear: f32) -> u8 {
     to_byte(if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 })
 }
 
-/// Decodes a PNG, JPEG or Radiance HDR file; sRGB becomes linear light unless `raw`.
+/// Decodes a file of any of these formats; sRGB becomes linear light unless `raw`.
 pub(super) fn decode_picture(
     path: &Path,
     bytes: &[u8],
@@ -81,7 +81,9 @@ pub(super) fn decode_picture(
     let size = [decoded.width(), decoded.height()];
     let to_light = |share: f64| to_f32(if raw { share } else { from_srgb(share) });
     let pixels = match decoded {
-        DynamicImage::ImageRgb32F(linear) => linear.pixels().map(|pixel| pixel.0).collect(),
+        linear @ (DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)) => {
+            linear.into_rgb32f().pixels().map(|pixel| pixel.0).collect()
+        }
         // 8 bits become 16 without loss: 255 divides 65535
         other => {
             let table: Vec<f32> = (0..=u16::MAX).map(|n| to_light(f64::from(n) / 65535.0)).collect();
@@ -119,14 +121,25 @@ fn checked_decoder<'a>(
         Ok(format @ ImageFormat::Png) => (format, "PNG"),
         Ok(format @ ImageFormat::Jpeg) => (format, "JPEG"),
         Ok(format @ ImageFormat::Hdr) => (format, "Radiance HDR"),
+        Ok(format @ ImageFormat::Tiff) => (format, "TIFF"),
+        Ok(format @ ImageFormat::Bmp) => (format, "BMP"),
+        Ok(format @ ImageFormat::WebP) => (format, "WebP"),
+        // nothing at its beginning tells a TGA file
+        _ if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("tga")) => {
+            (ImageFormat::Tga, "TGA")
+        }
         _ => return Err(PictureError::Format { path: path.into() }),
     };
     let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder();
-    let decoder = decoder.map_err(|error| failed(path, name, &error))?;
+    let mut decoder = decoder.map_err(|error| failed(path, name, &error))?;
     let (width, height) = decoder.dimensions();
     let size = [u64::from(width), u64::from(height)];
     limits.check(path, size)?;
     check_promise(path, name, size, least_bytes(format, bytes, size), bytes.len() as u64)?;
+    // for one strip or tile of a TIFF file beside the whole
+    let mut allowed = Limits::no_limits();
+    allowed.max_alloc = Some(decoder.total_bytes().saturating_mul(2).saturating_add(1 << 24));
+    decoder.set_limits(allowed).map_err(|error| failed(path, name, &error))?;
     Ok((decoder, name))
 }
 
@@ -151,12 +164,16 @@ fn least_bytes(format: ImageFormat, bytes: &[u8], [width, height]: [u64; 2]) -> 
         }
         // at least one bit for each block of 8 x 8, which stands for up to 4 x 4 times as many pixels
         ImageFormat::Jpeg => pixels / (64 * 16 * 8),
+        // whole rows of one colour take next to nothing
+        ImageFormat::WebP | ImageFormat::Tiff | ImageFormat::Bmp => 0,
+        // a run of 128 takes 2 bytes
+        ImageFormat::Tga => pixels / 64,
         // at least one pixel for each row; a run of runs is of 256 times as many pixels
         _ => (4 * height).max(pixels / (1 << 13)),
     }
 }
 
-/// Decodes a PNG, JPEG or Radiance HDR file, with its numbers as they are.
+/// Decodes a file of any of these formats, with its numbers as they are.
 pub(super) fn decode_layers(
     path: &Path,
     bytes: &[u8],
@@ -180,6 +197,7 @@ pub(super) fn decode_layers(
         DynamicImage::ImageLumaA16(picture) => (grey_alpha, shorts(picture.into_raw())),
         DynamicImage::ImageRgb16(picture) => (rgb, shorts(picture.into_raw())),
         DynamicImage::ImageRgba16(picture) => (rgba, shorts(picture.into_raw())),
+        DynamicImage::ImageRgba32F(picture) => (rgba, (SampleKind::Float, picture.into_raw())),
         other => (rgb, (SampleKind::Float, other.into_rgb32f().into_raw())),
     };
     let channels = names.iter().enumerate().map(|(at, name)| {

@@ -42,7 +42,7 @@ pub enum PictureError {
         reason: std::io::Error,
     },
     /// The file's first bytes are of none of the formats.
-    #[error("{}: is neither OpenEXR, Radiance HDR, PNG nor JPEG", path.display())]
+    #[error("{}: is neither OpenEXR, Radiance HDR, PNG, JPEG, TIFF, BMP, WebP nor TGA", path.display())]
     Format {
         /// The file.
         path: PathBuf,

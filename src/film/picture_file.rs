@@ -8,9 +8,9 @@ use super::picture_limits::PictureLimits;
 use super::{exr_file, image_file};
 use crate::input::read_whole;
 
-/// Reads a picture: EXR (channels R, G, B, or Y), Radiance HDR, PNG or JPEG.
+/// Reads a picture: EXR (channels R, G, B, or one alone), Radiance HDR, PNG, JPEG, TIFF, BMP, WebP or TGA.
 ///
-/// The format is told by the file's first bytes. PNG and JPEG hold sRGB, which is converted to
+/// The format is told by the file's first bytes, that of TGA by the ending of its name. All but EXR and HDR hold sRGB, which is converted to
 /// linear light unless `raw`; then their numbers are only scaled to `[0, 1]`, as for normal maps.
 /// EXR and HDR are linear already. Alpha is left out, and a grey picture has three equal colours.
 ///
@@ -80,9 +80,9 @@ pub fn check_picture_size(path: &Path, limits: PictureLimits) -> Result<(), Pict
     }
 }
 
-/// Reads all that a picture's file holds: EXR, Radiance HDR, PNG or JPEG, told by the file's first bytes.
+/// Reads all that a picture's file holds, in any format that [`read_picture`] reads.
 ///
-/// EXR: every part with every channel, whole numbers kept exactly; of pictures at several resolutions the largest. PNG and JPEG
+/// EXR: every part with every channel, whole numbers kept exactly; of pictures at several resolutions the largest. The others
 /// have one part of channels `R`, `G`, `B`, or `Y`, and `A` if there is one: n/255 or n/65535, with the sRGB curve left as it
 /// is. No colour is converted.
 ///
@@ -122,7 +122,11 @@ mod tests {
         let missing = read_picture(&folder.path().join("none.exr"), false).unwrap_err();
         assert!(matches!(missing, PictureError::Read { .. }), "{missing}");
         let cases: [(&str, &[u8], &str); 4] = [
-            ("text.png", b"not a picture", "is neither OpenEXR, Radiance HDR, PNG nor JPEG"),
+            (
+                "text.png",
+                b"not a picture",
+                "is neither OpenEXR, Radiance HDR, PNG, JPEG, TIFF, BMP, WebP nor TGA",
+            ),
             ("cut.png", b"\x89PNG\r\n\x1a\n", "is not a readable PNG picture"),
             ("cut.exr", b"\x76\x2f\x31\x01", "is not a readable OpenEXR picture"),
             ("cut.hdr", b"#?RADIANCE\n", "is not a readable Radiance HDR picture"),
