@@ -258,6 +258,45 @@ fn a_crop_is_compared_only_if_asked() {
 }
 
 #[test]
+fn pixels_outside_of_a_window_can_be_black() {
+    let crop = |part: &mut Part, values: &dyn Fn(usize, &str) -> f32| {
+        part.position = [4, 2];
+        part.size = [10, 8];
+        for (name, samples) in &mut part.channels {
+            let rows = (2..10).flat_map(|y| (4..14).map(move |x| y * SIZE[0] + x));
+            *samples = FlatSamples::F32(rows.map(|index| values(index, name)).collect());
+        }
+    };
+    // a picture that is black but for the crop, and the crop alone
+    let at = TestFolder::new();
+    let (mut whole, mut part) = (part(), part());
+    let inside = |index: usize| (4..14).contains(&(index % SIZE[0])) && (2..10).contains(&(index / SIZE[0]));
+    for (_, samples) in &mut whole.channels {
+        let FlatSamples::F32(values) = samples else { panic!("float") };
+        for (index, value) in values.iter_mut().enumerate() {
+            *value = if inside(index) { 0.25 } else { 0.0 };
+        }
+    }
+    crop(&mut part, &|_, _| 0.25);
+    write(&at.path("a.exr"), SIZE, &[whole.clone()]);
+    write(&at.path("b.exr"), SIZE, &[part]);
+    let run = diff(&at, &[]);
+    assert!(run.code == 3 && run.stdout.contains("--outside black"), "{run:?}");
+    let run = diff(&at, &["--outside", "black", "--json"]);
+    assert_eq!((run.code, &json(&run)["pixels"]), (0, &(24 * 16).into()), "{run:?}");
+    // light outside of the crop is a difference, which --overlap does not see
+    whole.values("G")[0] = 0.5;
+    write(&at.path("a.exr"), SIZE, &[whole]);
+    assert_eq!(diff(&at, &["--overlap"]).code, 0);
+    let run = diff(&at, &["--outside", "black"]);
+    assert!(run.code == 2 && run.stdout.contains("0.5 @ (0, 0, G)"), "{run:?}");
+    let run = diff(&at, &["--outside", "black", "--max-pixels", "383"]);
+    assert!([3, 4].contains(&run.code), "{run:?}");
+    assert_eq!(diff(&at, &["--outside", "black", "--overlap"]).code, 2);
+    assert_eq!(diff(&at, &["--outside", "white"]).code, 2);
+}
+
+#[test]
 fn layers_have_their_own_thresholds() {
     let at = pair(|part| {
         part.values("depth.T")[5] += 0.01;

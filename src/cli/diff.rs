@@ -10,11 +10,11 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::Context;
-use clap::{ArgAction, Args};
+use clap::{ArgAction, Args, ValueEnum};
 
 use trimray::difference::{
     CompareError, CompareSettings, Comparison, Judge, LayerDifference, LayerRule, Metric, Mismatch, Status,
-    Thresholds, compare, why,
+    Thresholds, compare, why, with_black_outside,
 };
 use trimray::film::{LayeredPicture, read_layers_within};
 use trimray::output::check_writable;
@@ -94,6 +94,9 @@ pub(super) struct DiffArgs {
     /// Compare only the pixels that both pictures have, if their windows differ
     #[arg(long)]
     overlap: bool,
+    /// Take the pixels outside of one picture's data window that the other has as this
+    #[arg(long, value_name = "WHAT", conflicts_with = "overlap")]
+    outside: Option<OutsidePixels>,
     /// Judge colours by whether noise explains their difference; needs the AOV variance in both
     #[arg(long)]
     ztest: bool,
@@ -148,6 +151,13 @@ pub(super) struct DiffArgs {
     /// As idiff's -a: all parts are compared always
     #[arg(short = 'a', long = "a", hide = true)]
     all_parts: bool,
+}
+
+/// What the pixels outside of a data window are taken for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum OutsidePixels {
+    /// 0 in all channels, as OpenImageIO takes them
+    Black,
 }
 
 /// A threshold: not negative, not NaN.
@@ -219,6 +229,15 @@ fn compare_files(args: &DiffArgs) -> Result<ExitCode, CliError> {
         }
     };
     check_interrupted()?;
+    let [reference, test] = match args.outside {
+        None => [reference, test],
+        Some(OutsidePixels::Black) => {
+            match with_black_outside(&[reference, test], args.pictures.max_pixels) {
+                Ok(wide) => wide,
+                Err(mismatch) => return args.different(paths, &mismatch, started),
+            }
+        }
+    };
     let comparison = match compare(&reference, &test, &settings) {
         Ok(comparison) => comparison,
         Err(CompareError::Input(message)) => return Err(CliError::Input(message)),

@@ -31,7 +31,7 @@ pub use flip::{
     srgb_from_linear,
 };
 pub use metrics::{ErrorMap, Measured, Metric};
-pub use pairing::{LayerKind, Mismatch};
+pub use pairing::{LayerKind, Mismatch, with_black_outside};
 pub use pixels::{Figures, Place, Status};
 pub use ssim::{Ssim, ssim};
 pub use thresholds::{LayerRule, LayerRuleError, Thresholds};

@@ -141,8 +141,11 @@ pub(super) fn pair<'a>(
                 Some(common)
             }
             (false, common) => {
-                let hint =
-                    if common.is_some() && !overlap { "; --overlap compares what both have" } else { "" };
+                let hint = if common.is_some() && !overlap {
+                    "; --overlap compares what both have, --outside black all that one has"
+                } else {
+                    ""
+                };
                 reasons
                     .push(format!("the data windows{of_part} differ: {} against {}{hint}", a.data, b.data));
                 None
@@ -155,6 +158,34 @@ pub(super) fn pair<'a>(
         }
     }
     if reasons.is_empty() { Ok((pairs, notes)) } else { Err(Mismatch { reasons }) }
+}
+
+/// Both pictures with data windows that hold those of both, part by part, and black where there were no pixels.
+///
+/// # Errors
+/// If a window that holds both has more than `max_pixels`.
+pub fn with_black_outside(
+    pictures: &[LayeredPicture; 2],
+    max_pixels: u64,
+) -> Result<[LayeredPicture; 2], Mismatch> {
+    let [reference, test] = pictures;
+    let (mut wide, mut reasons) = ([reference.clone(), test.clone()], Vec::new());
+    let index =
+        |picture: &LayeredPicture, part: &Part| picture.parts.iter().position(|own| std::ptr::eq(own, part));
+    // what cannot be paired is told when the pictures are compared
+    for (a, b) in pair_parts(reference, test, &mut Vec::new(), &mut Vec::new()) {
+        let data = a.data.union(b.data).filter(|data| data.pixels() as u64 <= max_pixels);
+        let Some(data) = data else {
+            reasons.push(format!("the data windows {} and {} together have too many pixels", a.data, b.data));
+            continue;
+        };
+        for ((picture, given), part) in wide.iter_mut().zip(pictures).zip([a, b]) {
+            if let Some(index) = index(given, part).filter(|_| part.data != data) {
+                picture.parts[index] = part.over(data);
+            }
+        }
+    }
+    if reasons.is_empty() { Ok(wide) } else { Err(Mismatch { reasons }) }
 }
 
 fn pair_parts<'a>(

@@ -41,6 +41,17 @@ impl Area {
             .then(|| row as usize * self.width as usize + column as usize)
     }
 
+    /// The least area that holds both; none if it is too large to count.
+    pub fn union(&self, other: Self) -> Option<Self> {
+        let end = |start: i32, length: u32| i64::from(start) + i64::from(length);
+        let (x, y) = (self.x.min(other.x), self.y.min(other.y));
+        let right = end(self.x, self.width).max(end(other.x, other.width));
+        let bottom = end(self.y, self.height).max(end(other.y, other.height));
+        let width = u32::try_from(right - i64::from(x)).ok()?;
+        let height = u32::try_from(bottom - i64::from(y)).ok()?;
+        Some(Self { x, y, width, height })
+    }
+
     /// The pixels that are in both, if any.
     #[must_use]
     pub fn intersection(&self, other: Self) -> Option<Self> {
@@ -147,6 +158,24 @@ pub struct Part {
 }
 
 impl Part {
+    /// The part with more pixels around its own, all black; those outside of `data` are left out.
+    #[must_use]
+    pub fn over(&self, data: Area) -> Self {
+        let place = |index: usize| self.data.index(data.place(index));
+        let channels = self.channels.iter().map(|channel| {
+            let numbers = match &channel.numbers {
+                Numbers::Real(values) => Numbers::Real(
+                    (0..data.pixels()).map(|index| place(index).map_or(0.0, |index| values[index])).collect(),
+                ),
+                Numbers::Whole(values) => Numbers::Whole(
+                    (0..data.pixels()).map(|index| place(index).map_or(0, |index| values[index])).collect(),
+                ),
+            };
+            LayeredChannel { name: channel.name.clone(), kind: channel.kind, numbers }
+        });
+        Self { name: self.name.clone(), data, channels: channels.collect() }
+    }
+
     /// The channel of that name.
     #[must_use]
     pub fn channel(&self, name: &str) -> Option<&LayeredChannel> {

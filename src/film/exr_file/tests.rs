@@ -86,10 +86,10 @@ fn luminance_halves_and_missing_channels() {
     assert_eq!(grey.pixels, [[0.5; 3], [halves[1].to_f32(); 3]]);
     let depth = FlatSamples::F32(vec![1.0, 2.0]);
     let chroma = [("Y", depth.clone()), ("RY", depth.clone()), ("BY", depth.clone())];
-    assert!(matches!(written_by_the_crate(&chroma), Err(PictureError::Channels { .. })));
+    assert!(matches!(written_by_the_crate(&chroma), Err(PictureError::LuminanceChroma { .. })));
     let error = written_by_the_crate(&[("Z", depth.clone()), ("R", depth)]).unwrap_err().to_string();
     assert!(
-        error.ends_with("a.exr: has the channels R, Z; a picture needs R, G and B, or Y alone"),
+        error.ends_with("a.exr: has the channels R, Z; a picture needs R, G and B, or one channel alone"),
         "{error}"
     );
 }
