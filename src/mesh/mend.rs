@@ -2,7 +2,8 @@
 
 use glam::DVec2;
 
-use super::triangulate::{MOST_SEARCHED, clip_ears, crossings, turn};
+use super::triangulate::{MOST_SEARCHED, clip_ears, crossings};
+use super::turn::turn;
 
 /// Rounds of letting edges pass through vertices next to them: each may bring another vertex next to an edge.
 const ROUNDS: usize = 4;

@@ -16,6 +16,7 @@ mod polygon_mesh;
 mod polygon_set;
 mod prepare;
 mod triangulate;
+mod turn;
 
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::triangulate::turn;
+use super::turn::turn;
 
 /// Points in a leaf.
 const LEAF: usize = 8;
@@ -22,6 +22,7 @@ pub(super) struct PointTree<'a> {
     depth: u32,
 }
 
+/// The least box of those of its points that count.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     low: DVec2,
@@ -59,7 +60,6 @@ impl<'a> PointTree<'a> {
             let p = self.points[index as usize];
             corners = [corners[0].min(p), corners[1].max(p)];
         }
-        [self.nodes[node].low, self.nodes[node].high] = corners;
         if 2 * node + 1 < self.nodes.len() {
             let half = run.len() / 2;
             let size = corners[1] - corners[0];
@@ -82,9 +82,14 @@ impl<'a> PointTree<'a> {
         }
         let place = self.place[index] as usize;
         let (mut node, mut start, mut end) = (0, 0, self.order.len());
+        let p = self.points[index];
         for level in 0..=self.depth {
-            let counting = &mut self.nodes[node].counting;
-            *counting = if counts { *counting + 1 } else { *counting - 1 };
+            let Node { low, high, counting } = &mut self.nodes[node];
+            if counts {
+                (*low, *high, *counting) = (low.min(p), high.max(p), *counting + 1);
+            } else {
+                *counting -= 1;
+            }
             if level < self.depth {
                 let half = start + (end - start) / 2;
                 (node, start, end) = match place < half {
@@ -92,6 +97,27 @@ impl<'a> PointTree<'a> {
                     false => (2 * node + 2, half, end),
                 };
             }
+        }
+        if !counts {
+            self.shrink(node, start..end);
+        }
+    }
+
+    /// Makes the boxes of a leaf and of all above it as small as what counts in them.
+    fn shrink(&mut self, leaf: usize, run: std::ops::Range<usize>) {
+        let run = self.order[run].iter().map(|&index| index as usize);
+        let counting = run.filter(|&index| self.counts[index]).map(|index| self.points[index]);
+        let start = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let mut corners = counting.fold(start, |(low, high), p| (low.min(p), high.max(p)));
+        let mut node = leaf;
+        while (self.nodes[node].low, self.nodes[node].high) != corners {
+            (self.nodes[node].low, self.nodes[node].high) = corners;
+            if node == 0 {
+                break;
+            }
+            node = (node - 1) / 2;
+            let [a, b] = [self.nodes[2 * node + 1], self.nodes[2 * node + 2]];
+            corners = (a.low.min(b.low), a.high.max(b.high));
         }
     }
 

@@ -7,19 +7,13 @@
 use std::collections::BTreeSet;
 
 use glam::DVec2;
-use robust::{Coord, orient2d};
 
 use super::point_tree::PointTree;
+use super::turn::turn;
 
 /// Most corners of an outline that is searched for crossings edge by edge. A larger one is cut into triangles as it stands: they
 /// cover each point as often as it winds around it.
 pub(super) const MOST_SEARCHED: usize = 1 << 12;
-
-/// Twice the signed area of `a b c`, with the right sign: positive where they turn left.
-pub(super) fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
-    let coord = |p: DVec2| Coord { x: p.x, y: p.y };
-    orient2d(coord(a), coord(b), coord(c))
-}
 
 /// Twice the signed area of a polygon, positive where it winds counter-clockwise.
 #[cfg(test)]
