@@ -44,8 +44,11 @@ pub(super) fn check_replaces_no_inputs(
 /// Whether two paths lead to the same file; devices, which nothing replaces, are never the same.
 fn is_same_file(a: &Path, b: &Path) -> bool {
     let [Ok(first), Ok(second)] = [a, b].map(fs::metadata) else { return false };
-    let places = [a, b].map(|path| fs::canonicalize(path).ok());
-    first.is_file() && (places[0] == places[1] || is_same_node(&first, &second))
+    let is_same_place = || match [a, b].map(fs::canonicalize) {
+        [Ok(first), Ok(second)] => first == second,
+        _ => false,
+    };
+    first.is_file() && (is_same_node(&first, &second) || is_same_place())
 }
 
 /// Whether two names are of one file: hard links.
@@ -58,4 +61,20 @@ fn is_same_node(a: &Metadata, b: &Metadata) -> bool {
 #[cfg(not(unix))]
 fn is_same_node(_: &Metadata, _: &Metadata) -> bool {
     false
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use std::os::fd::AsRawFd;
+
+    use super::*;
+
+    #[test]
+    fn files_that_no_path_leads_to_are_told_apart() {
+        let files = [tempfile::tempfile().unwrap(), tempfile::tempfile().unwrap()];
+        let [a, b] =
+            files.each_ref().map(|file| PathBuf::from(format!("/proc/self/fd/{}", file.as_raw_fd())));
+        assert!(fs::metadata(&a).is_ok() && fs::canonicalize(&a).is_err());
+        assert!(is_same_file(&a, &a) && !is_same_file(&a, &b));
+    }
 }
