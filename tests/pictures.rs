@@ -68,7 +68,7 @@ fn jpeg_of(width: u16, height: u16) -> Vec<u8> {
 fn bounded(at: &TestFolder, arguments: &[&str]) -> Run {
     let program = env!("CARGO_BIN_EXE_trimray");
     let mut command = Command::new("sh");
-    command.args(["-c", "ulimit -v 1048576 -t 20; exec \"$@\"", "sh", program]).args(arguments);
+    command.args(["-c", "ulimit -v 1048576; ulimit -t 20; exec \"$@\"", "sh", program]).args(arguments);
     let run = Run::of(command.current_dir(at.path("")).output().unwrap());
     assert!(!run.stderr.contains("panicked"), "{run:?}");
     run
@@ -103,6 +103,21 @@ fn headers_that_promise_more_than_the_file_holds() {
         assert_eq!(run.code, 2, "{name}: {run:?}");
         assert!(run.stderr.contains(name) && run.stderr.contains("its header promises"), "{run:?}");
     }
+}
+
+#[test]
+fn pictures_that_do_not_fit_in_memory_are_refused() {
+    // 36 million pixels of one colour: a run of 127 takes two bytes
+    let (width, height) = (30_000_u16, 1_200);
+    let runs = std::iter::repeat_n([255, 80], usize::from(width) / 127).flatten();
+    let channel: Vec<u8> = runs.chain([128 + u8::try_from(width % 127).unwrap(), 80]).collect();
+    let row = [&[2, 2], &width.to_be_bytes()[..], &channel.repeat(4)].concat();
+    let mut file = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
+    file.extend(row.repeat(height));
+    let at = TestFolder::new();
+    at.write("a.hdr", file);
+    let run = bounded(&at, &["diff", "a.hdr", "a.hdr"]);
+    assert!(run.code == 4 && run.stderr.contains("a.hdr: takes 1584000000 bytes of memory"), "{run:?}");
 }
 
 #[test]

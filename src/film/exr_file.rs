@@ -15,7 +15,7 @@ use glam::{DMat3, DMat4, DVec3};
 use super::image::Image;
 use super::layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind};
 use super::picture::{Picture, PictureError};
-use super::picture_limits::{PictureLimits, check_promise};
+use super::picture_limits::{PictureLimits, check_memory, check_promise};
 use crate::output::{OutputError, write_whole};
 
 /// What the file's header says of how the picture was made.
@@ -200,7 +200,12 @@ pub(super) fn check_header(path: &Path, bytes: &[u8], limits: PictureLimits) -> 
         limits.check(path, size)?;
         check_promise(path, "OpenEXR", size, least_bytes(part), bytes.len() as u64)?;
     }
-    Ok(())
+    // the numbers as decoded, and as 32-bit floats
+    let numbers = header.headers.iter().map(|part| {
+        let size = (part.layer_size.width() as u64).saturating_mul(part.layer_size.height() as u64);
+        size.saturating_mul(part.channels.list.len() as u64)
+    });
+    check_memory(path, numbers.fold(0, u64::saturating_add).saturating_mul(2 * 4))
 }
 
 /// The least number of bytes that a part takes: its table of chunks, and its largest picture as tightly as its method packs.

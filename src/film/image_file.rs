@@ -9,7 +9,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbIma
 use super::image::Image;
 use super::layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, SampleKind};
 use super::picture::{EncodeError, Picture, PictureError};
-use super::picture_limits::{PictureLimits, check_promise};
+use super::picture_limits::{PictureLimits, check_memory, check_promise};
 use super::raster::{Raster, to_byte};
 use crate::output::{OutputError, write_whole};
 
@@ -136,6 +136,9 @@ fn checked_decoder<'a>(
     let size = [u64::from(width), u64::from(height)];
     limits.check(path, size)?;
     check_promise(path, name, size, least_bytes(format, bytes, size), bytes.len() as u64)?;
+    // the numbers as decoded, as 32-bit floats of four channels, and these channel by channel
+    let floats = size[0].saturating_mul(size[1]).saturating_mul(2 * 4 * 4);
+    check_memory(path, decoder.total_bytes().saturating_add(floats))?;
     // for one strip or tile of a TIFF file beside the whole
     let mut allowed = Limits::no_limits();
     allowed.max_alloc = Some(decoder.total_bytes().saturating_mul(2).saturating_add(1 << 24));

@@ -68,6 +68,14 @@ pub enum PictureError {
         /// The limit.
         max_pixels: u64,
     },
+    /// There is not enough memory for the picture.
+    #[error("{}: takes {bytes} bytes of memory, more than there are", path.display())]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// What decoding it takes at most.
+        bytes: u64,
+    },
     /// An EXR file with any number of samples in a pixel.
     #[error("{}: is a deep OpenEXR picture, with any number of samples in a pixel; flatten it first", path.display())]
     Deep {

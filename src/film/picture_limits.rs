@@ -51,3 +51,12 @@ pub(super) fn check_promise(
     );
     Err(PictureError::Decode { path: path.into(), format, reason })
 }
+
+/// Refuses a picture whose decoding takes more memory than there is: running out of it would end the program without a word.
+pub(super) fn check_memory(path: &Path, bytes: u64) -> Result<(), PictureError> {
+    let mut space = Vec::<u8>::new();
+    let is_there = usize::try_from(bytes).is_ok_and(|bytes| space.try_reserve_exact(bytes).is_ok());
+    // else nobody would ask the system for what nobody uses
+    std::hint::black_box(&space);
+    if is_there { Ok(()) } else { Err(PictureError::Memory { path: path.into(), bytes }) }
+}
