@@ -72,7 +72,7 @@ pub fn read_f64(path: &Path) -> Result<Array, ArrayError> {
         return Err(format(format!("it is to have a header of {promised} bytes, but the file has {length}")));
     }
     let mut rest = bytes.as_slice();
-    let file = NpyFile::new(&mut rest).map_err(|error| format(error.to_string()))?;
+    let file = NpyFile::new(&mut rest).map_err(|error| format(shortened(&error.to_string())))?;
     let (dtype, order) = (file.dtype(), file.order());
     let shape: Vec<u64> = file.shape().to_vec();
     let wanted: [TypeStr; 2] = ["<f8", ">f8"].map(|name| name.parse().expect("a type of NumPy's own"));
@@ -101,6 +101,16 @@ pub fn read_f64(path: &Path) -> Result<Array, ArrayError> {
         values = to_c_order(&shape, &values);
     }
     Ok(Array { shape, values })
+}
+
+/// What a reader says, without the whole of a header that it may quote.
+fn shortened(said: &str) -> String {
+    const LONGEST: usize = 160;
+    let mut short: String = said.chars().take(LONGEST).collect();
+    if said.chars().nth(LONGEST).is_some() {
+        short.push('…');
+    }
+    short
 }
 
 /// How long the file's header says that it is: the reader takes memory for it at once. 0 if that cannot be told.
@@ -252,6 +262,9 @@ mod tests {
     fn refuses_what_is_not_an_array_of_doubles() {
         let (_folder, path) = write("a.npy", b"nonsense");
         assert!(matches!(read_f64(&path), Err(ArrayError::Format { .. })));
+        let (_folder, path) = write("a.npy", &header(&format!("{{'descr': {}", "(".repeat(60_000))));
+        let error = read_f64(&path).unwrap_err().to_string();
+        assert!(error.contains("is not a .npy file") && error.chars().count() < 300, "{error}");
         let long = b"\x93NUMPY\x02\x00\xf0\xff\xff\xff{}";
         let (_folder, path) = write("a.npy", long);
         let error = read_f64(&path).unwrap_err().to_string();
