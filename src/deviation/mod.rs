@@ -1,14 +1,16 @@
 //! Beside the pipeline: how far flat triangles are from the exact surface that they stand for, with a proof.
 //!
-//! The Hausdorff distance: the greatest distance of a point of either from the nearest of the other. Both are cut into cells,
-//! triangles of a patch's parameters under one flat triangle. The second partials bound how far the surface of a cell is
-//! from the triangle of its corners, so a few evaluations bound the distances of a whole cell; cells that could still have
-//! a distance above the greatest one found are halved. (Guthe, Borodin and Klein 2005, *Fast and accurate Hausdorff distance
-//! calculation between meshes*, is the same for meshes.)
+//! The Hausdorff distance: the greatest distance of a point of either from the nearest of the other. Both are cut into
+//! sections, triangles of a patch's parameters under one flat triangle. The second partials bound how far the surface of a
+//! section is from the triangle of its corners, so a few evaluations bound the distances of a whole section; sections that
+//! could still have a distance above the greatest one found are halved. Where the surface has borders that are curves, all
+//! sheets that meet there are searched, and what lies beyond its own border is left out as soon as it is known to be
+//! beyond. (Guthe, Borodin and Klein 2005, *Fast and accurate Hausdorff distance calculation between meshes*, is the same
+//! for meshes.)
 
-mod cells;
 mod flat;
 mod order;
+mod search;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -20,8 +22,8 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::patch::TrimmedPatch;
-use cells::Search;
 use flat::FlatMesh;
+use search::Search;
 use surface::Surface;
 
 /// How much greater than the greatest distance found another one may be.
@@ -48,9 +50,6 @@ pub enum DeviationError {
     /// It was asked to stop.
     #[error("interrupted")]
     Interrupted,
-    /// The surface has borders that are curves in its parameters.
-    #[error("parts of the surface end in curves, along which distances are not certified")]
-    CurvedBorders,
     /// Some part of the surface has no triangle, or several.
     #[error("the triangles stand for {share:.6} of the surface, not for all of it once")]
     NotWhole {
@@ -71,15 +70,12 @@ pub enum DeviationError {
 /// [`crate::patch::Facet`] at rest in the frames of `exact`. `cancel` is set by another thread to stop.
 ///
 /// # Errors
-/// If the surface has borders that are curves, if certainty takes too long, or on `cancel`.
+/// If the triangles do not stand for the whole surface once, if certainty takes too long, or on `cancel`.
 pub fn deviation(
     exact: &[TrimmedPatch],
     triangles: &[TrimmedPatch],
     cancel: &AtomicBool,
 ) -> Result<Deviation, DeviationError> {
-    if exact.iter().any(|patch| patch.exact.as_ref().is_some_and(|exact| exact.has_borders())) {
-        return Err(DeviationError::CurvedBorders);
-    }
     let (surface, mesh) = (Surface::new(exact), FlatMesh::new(triangles));
     Search::new(&surface, &mesh, cancel).deviation()
 }

@@ -1,4 +1,4 @@
-//! The exact surface as pieces whose curvature is bounded.
+//! The exact surface as sheets whose curvature is bounded.
 
 use std::collections::BinaryHeap;
 
@@ -7,14 +7,14 @@ use glam::{DVec2, DVec3, DVec4};
 use super::order::ByValue;
 use super::triangle;
 use crate::math::{bounds, polygon};
-use crate::patch::{BezierPatch, TrimmedPatch};
+use crate::patch::{BezierPatch, Overlap, TrimmedPatch};
 use crate::trace::BoxTree;
 
-/// How far a point may be from a piece's plane before the deformation, in parts of the object's size then: pieces are moved
+/// How far a point may be from a sheet's plane before the deformation, in parts of the object's size then: sheets are moved
 /// into shared planes by less than this.
 const SAME_PLANE: f64 = 1e-9;
 
-/// Steps of Newton's method toward the nearest point of a piece.
+/// Steps of Newton's method toward the nearest point of a sheet.
 const STEPS: usize = 3;
 
 /// How closely the nearest point of the surface is found, in parts of its distance.
@@ -23,9 +23,19 @@ const NEAREST: f64 = 1e-3;
 /// Most parts of the surface that are looked at for one nearest point.
 const MOST_PARTS: usize = 200_000;
 
-/// A convex part of a patch: one of its trim's loops.
+/// The sheets over one loop of a trim: patches with curved borders between them share it. Their indices are in
+/// arithmetic progression.
+#[derive(Clone, Copy, Debug)]
+struct Siblings {
+    first: usize,
+    stride: usize,
+    count: usize,
+}
+
+/// A convex sheet of the surface: what a patch has over one of its trim's loops, inside its curved borders.
 #[derive(Debug)]
-pub(super) struct Piece<'a> {
+pub(super) struct Sheet<'a> {
+    siblings: Siblings,
     patch: &'a TrimmedPatch,
     pub(super) corners: &'a [DVec2],
     face: u32,
@@ -36,17 +46,17 @@ pub(super) struct Piece<'a> {
     second: [f64; 3],
 }
 
-/// Parameters in a piece and the point there.
+/// Parameters in a sheet and the point there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub(super) st: DVec2,
     pub(super) position: DVec3,
 }
 
-/// A surface made of pieces.
+/// A surface made of sheets.
 #[derive(Debug)]
 pub(super) struct Surface<'a> {
-    pub(super) pieces: Vec<Piece<'a>>,
+    pub(super) sheets: Vec<Sheet<'a>>,
     by_rest: BoxTree,
     by_position: BoxTree,
     same_plane: f64,
@@ -56,54 +66,76 @@ pub(super) struct Surface<'a> {
 
 impl<'a> Surface<'a> {
     pub(super) fn new(patches: &'a [TrimmedPatch]) -> Self {
-        let pieces: Vec<_> = patches
-            .iter()
-            .flat_map(|patch| patch.trim.loops().iter().map(move |trim_loop| (patch, trim_loop)))
-            .map(|(patch, trim_loop)| Piece::new(patch, patch.trim.corners(trim_loop), trim_loop.face))
-            .collect();
-        let rest_boxes: Vec<_> = pieces.iter().map(Piece::rest_bounds).collect();
-        let boxes: Vec<_> = pieces.iter().map(Piece::bounds).collect();
+        let mut sheets = Vec::with_capacity(patches.len());
+        // a patch that leads, and those that share its rectangle
+        for together in patches.chunk_by(|_, next| !next.leads()) {
+            let (start, stride) = (sheets.len(), together[0].trim.loops().len());
+            for patch in together {
+                for (number, trim_loop) in patch.trim.loops().iter().enumerate() {
+                    let siblings = Siblings { first: start + number, stride, count: together.len() };
+                    sheets.push(Sheet::new(patch, (patch.trim.corners(trim_loop), trim_loop.face), siblings));
+                }
+            }
+        }
+        let rest_boxes: Vec<_> = sheets.iter().map(Sheet::rest_bounds).collect();
+        let boxes: Vec<_> = sheets.iter().map(Sheet::bounds).collect();
         let [low, high] = bounds::around(rest_boxes.iter().flatten().copied());
         Self {
             by_rest: BoxTree::build(&rest_boxes),
             by_position: BoxTree::build(&boxes),
             same_plane: SAME_PLANE * (high - low).length(),
             error: patches.iter().map(TrimmedPatch::error).fold(0.0, f64::max),
-            pieces,
+            sheets,
         }
     }
 
     /// Area before the deformation.
     pub(super) fn rest_area(&self) -> f64 {
-        let area = |piece: &Piece<'_>| {
-            let frame = &piece.patch.frame;
-            0.5 * polygon::doubled_area(piece.corners) * frame.s.cross(frame.t).length()
+        let area = |sheet: &Sheet<'_>| {
+            let frame = &sheet.patch.frame;
+            0.5 * polygon::doubled_area(sheet.corners) * frame.s.cross(frame.t).length()
         };
-        self.pieces.iter().map(area).sum()
+        self.sheets.iter().filter(|sheet| sheet.patch.leads()).map(area).sum()
+    }
+
+    /// All sheets over the same loop as one, itself included.
+    pub(super) fn siblings(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
+        let Siblings { first, stride, count } = self.sheets[index].siblings;
+        (0..count).map(move |number| first + number * stride)
+    }
+
+    /// Of the sheets over the same loop as one, that which holds a place; `None` where rounding has it outside all.
+    pub(super) fn holder(&self, index: usize, st: DVec2) -> Option<usize> {
+        self.siblings(index).find(|&sheet| self.sheets[sheet].holds(st))
     }
 
     /// Pieces of an input face whose plane holds three points before the deformation, and the points' parameters there.
-    pub(super) fn pieces_under(&self, face: u32, rest: [DVec3; 3]) -> Vec<(usize, [DVec2; 3])> {
+    pub(super) fn sheets_under(&self, face: u32, rest: [DVec3; 3]) -> Vec<(usize, [DVec2; 3])> {
         let [low, high] = bounds::around(rest);
         let mut found = Vec::new();
         self.by_rest.overlapping([low - self.same_plane, high + self.same_plane], |index| {
-            let piece = &self.pieces[index];
-            if piece.face == face && rest.iter().all(|&p| piece.height(p).abs() <= self.same_plane) {
-                found.push((index, rest.map(|p| piece.parameters(p))));
+            let sheet = &self.sheets[index];
+            if sheet.patch.leads()
+                && sheet.face == face
+                && rest.iter().all(|&p| sheet.height(p).abs() <= self.same_plane)
+            {
+                found.push((index, rest.map(|p| sheet.parameters(p))));
             }
         });
         found.sort_unstable_by_key(|(index, _)| *index);
         found
     }
 
-    /// The piece that holds a point of the undeformed object, if there is one besides `but`.
-    pub(super) fn piece_at(&self, rest: DVec3, but: usize) -> Option<usize> {
+    /// The sheet that holds a point of the undeformed object, if there is one besides `but`.
+    pub(super) fn sheet_at(&self, rest: DVec3, but: usize) -> Option<usize> {
         let mut found = None;
         self.by_rest.overlapping([rest - self.same_plane, rest + self.same_plane], |index| {
-            let piece = &self.pieces[index];
+            let sheet = &self.sheets[index];
             let holds = || {
-                let st = piece.parameters(rest);
-                piece.height(rest).abs() <= self.same_plane && piece.clamped(st).distance(st) <= 1e-9
+                let st = sheet.parameters(rest);
+                sheet.height(rest).abs() <= self.same_plane
+                    && sheet.clamped(st).distance(st) <= 1e-9
+                    && sheet.holds(st)
             };
             if index != but && found.is_none_or(|known| index < known) && holds() {
                 found = Some(index);
@@ -113,7 +145,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Bounds of the distance between a point and the surface, less its `error`: no less than the first, no more than the second,
-    /// which is `within` at most. The first is 0 if the second is found to be `enough` or less. Also the piece that is as near as the
+    /// which is `within` at most. The first is 0 if the second is found to be `enough` or less. Also the sheet that is as near as the
     /// second, unless that is `within`.
     ///
     /// Parts are halved, those that can be nearest first; a part is near the triangle of its corners by its second partials.
@@ -124,24 +156,33 @@ impl<'a> Surface<'a> {
                         nearest: &mut (f64, Option<usize>),
                         index: usize,
                         corners: [Place; 3]| {
-            let piece: &Piece<'_> = &self.pieces[index];
+            let sheet: &Sheet<'_> = &self.sheets[index];
+            let overlap = sheet.overlap(corners.map(|corner| corner.st));
+            if overlap == Overlap::None {
+                return;
+            }
             for corner in &corners {
-                keep_nearer(nearest, corner.position.distance(point), index);
+                if overlap == Overlap::Whole || sheet.holds(corner.st) {
+                    keep_nearer(nearest, corner.position.distance(point), index);
+                }
             }
             let flat = triangle::distance(corners.map(|corner| corner.position), point);
-            let least = flat - piece.bend(corners.map(|corner| corner.st));
+            let least = flat - sheet.bend(corners.map(|corner| corner.st));
             if least < nearest.0 {
                 parts.push(ByValue(-least, (index, corners)));
             }
         };
         self.by_position.nearest(point, within, |index| {
-            let piece = &self.pieces[index];
-            let places: Vec<_> = piece.corners.iter().map(|&st| piece.place(st)).collect();
+            let sheet = &self.sheets[index];
+            let places: Vec<_> = sheet.corners.iter().map(|&st| sheet.place(st)).collect();
             for i in 1..places.len() - 1 {
                 consider(&mut parts, &mut nearest, index, [places[0], places[i], places[i + 1]]);
             }
-            let middle = piece.corners.iter().sum::<DVec2>() / places.len() as f64;
-            keep_nearer(&mut nearest, piece.foot(point, middle).position.distance(point), index);
+            let middle = sheet.corners.iter().sum::<DVec2>() / places.len() as f64;
+            let foot = sheet.foot(point, middle);
+            if sheet.holds(foot.st) {
+                keep_nearer(&mut nearest, foot.position.distance(point), index);
+            }
             // no box is nearer than that
             if nearest.0 <= enough { -1.0 } else { nearest.0 }
         });
@@ -155,12 +196,14 @@ impl<'a> Surface<'a> {
             if least >= nearest.0 * (1.0 - NEAREST) || looked_at > MOST_PARTS {
                 return ([least.clamp(0.0, nearest.0), nearest.0], nearest.1);
             }
-            let piece = &self.pieces[index];
+            let sheet = &self.sheets[index];
             if looked_at % 16 == 1 {
-                let foot = piece.foot(point, (corners[0].st + corners[1].st + corners[2].st) / 3.0);
-                keep_nearer(&mut nearest, foot.position.distance(point), index);
+                let foot = sheet.foot(point, (corners[0].st + corners[1].st + corners[2].st) / 3.0);
+                if sheet.holds(foot.st) {
+                    keep_nearer(&mut nearest, foot.position.distance(point), index);
+                }
             }
-            for corners in triangle::quarters(corners, |p, q| piece.place(0.5 * (p.st + q.st))) {
+            for corners in triangle::quarters(corners, |p, q| sheet.place(0.5 * (p.st + q.st))) {
                 consider(&mut parts, &mut nearest, index, corners);
             }
         }
@@ -168,21 +211,21 @@ impl<'a> Surface<'a> {
     }
 }
 
-fn keep_nearer(nearest: &mut (f64, Option<usize>), distance: f64, piece: usize) {
+fn keep_nearer(nearest: &mut (f64, Option<usize>), distance: f64, sheet: usize) {
     if distance < nearest.0 {
-        *nearest = (distance, Some(piece));
+        *nearest = (distance, Some(sheet));
     }
 }
 
-impl<'a> Piece<'a> {
-    fn new(patch: &'a TrimmedPatch, corners: &'a [DVec2], face: u32) -> Self {
+impl<'a> Sheet<'a> {
+    fn new(patch: &'a TrimmedPatch, (corners, face): (&'a [DVec2], u32), siblings: Siblings) -> Self {
         let (s, t) = (patch.frame.s, patch.frame.t);
         let normal = s.cross(t);
         let area_sq = normal.length_squared();
         let dual = [t.cross(normal) / area_sq, normal.cross(s) / area_sq];
         let [low, high] = polygon::bounds(corners.iter().copied()).unwrap_or_default();
         let second = second_partials(&patch.patch, [low, high]);
-        Self { patch, corners, face, dual, normal: normal / area_sq.sqrt(), second }
+        Self { siblings, patch, corners, face, dual, normal: normal / area_sq.sqrt(), second }
     }
 
     fn height(&self, rest: DVec3) -> f64 {
@@ -207,6 +250,16 @@ impl<'a> Piece<'a> {
         self.patch.patch.subpatch(low, high).hull_bounds()
     }
 
+    /// Whether a place is inside the curved borders.
+    pub(super) fn holds(&self, st: DVec2) -> bool {
+        self.patch.holds(st, DVec2::ZERO)
+    }
+
+    /// What of the rectangle around a triangle is inside the curved borders.
+    pub(super) fn overlap(&self, [a, b, c]: [DVec2; 3]) -> Overlap {
+        self.patch.overlap(a.min(b).min(c), a.max(b).max(c))
+    }
+
     pub(super) fn place(&self, st: DVec2) -> Place {
         Place { st, position: self.patch.patch.homogeneous(st).0 }
     }
@@ -227,12 +280,12 @@ impl<'a> Piece<'a> {
         0.125 * (ss * extent.x * extent.x + 2.0 * st * extent.x * extent.y + tt * extent.y * extent.y)
     }
 
-    /// The parameters in the piece that are nearest to others.
+    /// The parameters in the sheet that are nearest to others.
     pub(super) fn clamped(&self, st: DVec2) -> DVec2 {
         polygon::nearest(self.corners, st)
     }
 
-    /// Parameters, not bound to the piece, where the patch's tangent plane is nearest to a point: Gauss-Newton from a start.
+    /// Parameters, not bound to the sheet, where the patch's tangent plane is nearest to a point: Gauss-Newton from a start.
     pub(super) fn free_foot(&self, point: DVec3, start: DVec2) -> DVec2 {
         let mut st = start;
         for _ in 0..STEPS {
@@ -243,7 +296,7 @@ impl<'a> Piece<'a> {
         st
     }
 
-    /// A point of the piece near the nearest to `point`: where the tangent plane is nearest or, if that is outside, on the edges
+    /// A point of the sheet near the nearest to `point`: where the tangent plane is nearest or, if that is outside, on the edges
     /// that it is beyond.
     pub(super) fn foot(&self, point: DVec3, start: DVec2) -> Place {
         let free = self.free_foot(point, start);

@@ -1,11 +1,13 @@
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3, DVec4};
 
 use super::{Deviation, deviation};
-use crate::patch::{Deformation, Facet, PlanarPolygon, TrimmedPatch, deform_polygons};
+use crate::analytic::{Chain, CoverSettings, Step, cover};
+use crate::patch::{BezierPatch, Deformation, Facet, PlanarPolygon, TrimmedPatch, deform_polygons};
 use crate::spline::SplineVolume;
-use crate::subdivide::FrameChoice;
+use crate::subdivide::{Frame, FrameChoice};
 use crate::test_support::{Noise, cube_triangles, deform, random_volume};
 
 /// Facets with their corners on the deformed shape: each triangle in 4^level.
@@ -159,4 +161,48 @@ fn missing_triangles_are_told() {
     assert!(error.to_string().contains("stand for 0.5"), "{error}");
     let stopped = deviation(&exact, &flat, &AtomicBool::new(true)).unwrap_err();
     assert_eq!(stopped.to_string(), "interrupted");
+}
+
+/// The unit square, of which a lattice whose box ends at x = 0.3 lowers its part by 1: with a border within cells.
+fn torn_square() -> Vec<TrimmedPatch> {
+    let corners = [DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::new(1.0, 1.0, 0.0)].map(|p| p.extend(1.0));
+    let base = TrimmedPatch::untrimmed(
+        Frame { origin: DVec3::ZERO, s: DVec3::X, t: DVec3::Y },
+        BezierPatch::new([1, 1], corners.to_vec()),
+    );
+    let [low, high] = [DVec3::splat(-2.0), DVec3::new(0.3, 2.0, 2.0)];
+    let identity = SplineVolume::identity([1; 3], [2; 3], [low, high]).unwrap();
+    let points: Vec<_> =
+        identity.control_points().iter().map(|point| *point - DVec4::new(0.0, 0.0, 1.0, 0.0)).collect();
+    let volume = SplineVolume::try_new(identity.axes().clone(), &points).unwrap();
+    let chain = Arc::new(Chain::new(vec![Step::Volume(volume)]));
+    cover(&[base], &chain, CoverSettings::default()).unwrap().patches
+}
+
+/// Two flat rectangles that meet at x = `border`, the left one lowered by 1.
+fn torn_rectangles(border: f64) -> Vec<TrimmedPatch> {
+    let mut patches = Vec::new();
+    for ([from, to], z) in [([0.0, border], -1.0), ([border, 1.0], 0.0)] {
+        let rest = [(from, 0.0), (to, 0.0), (to, 1.0), (from, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
+        for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
+            let rest = [rest[a], rest[b], rest[c]];
+            let corners = rest.map(|rest| rest + DVec3::new(0.0, 0.0, z));
+            patches.extend(Facet { polygon: 0, face: 0, rest, corners }.patch());
+        }
+    }
+    patches
+}
+
+#[test]
+fn both_sides_of_a_tear_count() {
+    let exact = torn_square();
+    assert!(exact.iter().any(|patch| !patch.leads()), "the border is within cells");
+    let whole = between(&exact, &torn_rectangles(0.3));
+    assert!(whole.max < 1e-13 && whole.bound < 1e-9, "{whole:?}");
+    for off in [-0.02, 0.01, 0.05] {
+        let found = between(&exact, &torn_rectangles(0.3 + off));
+        let want: f64 = off.abs();
+        assert!(found.max <= want * (1.0 + 1e-9) && want <= found.bound * (1.0 + 1e-9), "{off}: {found:?}");
+        assert!(found.bound <= 1.0101 * found.max, "{off}: {found:?}");
+    }
 }

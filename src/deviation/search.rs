@@ -12,6 +12,7 @@ use super::triangle;
 use super::{CERTAINTY, Deviation, DeviationError};
 use crate::math::bounds;
 use crate::math::polygon::clip_to_convex;
+use crate::patch::Overlap;
 
 /// Distances below this part of the size of all are rounding: of the surface's evaluation, and of parameters that are off by
 /// [`super::surface`]'s tolerance in a knot plane.
@@ -30,20 +31,20 @@ const BATCH: usize = 1024;
 const FLAT_BATCH: usize = 64;
 const MOST_FLAT: usize = 4096;
 
-/// Points along the sides of the cells that it looks at.
+/// Points along the sides of the sections that it looks at.
 const CLOSELY: u32 = 24;
 
 /// Cells of one triangle that are halved before the search gives up.
-const MAX_CELLS: usize = 400_000;
+const MAX_SECTIONS: usize = 400_000;
 
-/// How large cells of flat triangles may be, in parts of the distance looked for, to be asked what of the whole surface is
+/// How large sections of flat triangles may be, in parts of the distance looked for, to be asked what of the whole surface is
 /// nearest: for larger ones the answer says little.
 const NEAR: f64 = 4.0;
 
 /// A part of the surface and what of a flat triangle stands for it.
 #[derive(Clone, Copy, Debug)]
-struct Cell {
-    piece: usize,
+struct Section {
+    sheet: usize,
     corners: [Corner; 3],
 }
 
@@ -73,7 +74,7 @@ impl Far {
 struct Measured {
     /// Of a few points of the surface the farthest from the triangle itself: another one may be nearer.
     surface: Far,
-    /// Of a few points of the triangle the farthest from the pieces it stands for.
+    /// Of a few points of the triangle the farthest from the sheets it stands for.
     flat: Far,
     /// The integral of the distance, and of the angle in degrees, over the flat triangle; its area.
     distance: f64,
@@ -158,22 +159,22 @@ impl<'a> Search<'a> {
         if self.cancel.load(Ordering::Relaxed) { Err(DeviationError::Interrupted) } else { Ok(()) }
     }
 
-    /// The cells of a flat triangle, its part over each piece as triangles, and their share of it.
-    fn cells(&self, index: usize) -> (Vec<Cell>, f64) {
+    /// The sections of a flat triangle, its part over each leading sheet as triangles, and their share of it.
+    fn sections(&self, index: usize) -> (Vec<Section>, f64) {
         let facet = &self.mesh.facets[index];
-        let mut cells = Vec::with_capacity(4);
+        let mut sections = Vec::with_capacity(4);
         let mut covered = 0.0;
-        for (piece, [a, b, c]) in self.surface.pieces_under(facet.face, facet.rest) {
+        for (sheet, [a, b, c]) in self.surface.sheets_under(facet.face, facet.rest) {
             let whole = (b - a).perp_dot(c - a);
             let weights = |st: DVec2| {
                 let [of_b, of_c] = [(st - a).perp_dot(c - a) / whole, (b - a).perp_dot(st - a) / whole];
                 (1.0 - of_b - of_c, of_b, of_c)
             };
-            let part = clip_to_convex(&[a, b, c], self.surface.pieces[piece].corners);
+            let part = clip_to_convex(&[a, b, c], self.surface.sheets[sheet].corners);
             let corner = |st: DVec2| {
                 let (u, v, w) = weights(st);
                 let [p, q, r] = facet.corners;
-                Corner { exact: self.surface.pieces[piece].place(st), flat: u * p + v * q + w * r }
+                Corner { exact: self.surface.sheets[sheet].place(st), flat: u * p + v * q + w * r }
             };
             let corners: Vec<_> = part.into_iter().map(corner).collect();
             for i in 1..corners.len().max(2) - 1 {
@@ -183,30 +184,34 @@ impl<'a> Search<'a> {
                 // of what rounding leaves on a border
                 if share > 1e-12 {
                     covered += share;
-                    cells.push(Cell { piece, corners });
+                    sections.push(Section { sheet, corners });
                 }
             }
         }
-        (cells, covered)
+        (sections, covered)
     }
 
     fn measure(&self, index: usize) -> Measured {
         let facet = &self.mesh.facets[index];
-        let (cells, covered) = self.cells(index);
+        let (sections, covered) = self.sections(index);
         let [a, b, c] = facet.rest;
         let rest_area = covered * 0.5 * (b - a).cross(c - a).length();
         let mut measured = Measured { rest_area, ..Measured::default() };
-        for Cell { piece, corners } in cells {
+        for Section { sheet, corners } in sections {
             let [p, q, r] = corners.map(|corner| corner.flat);
             let area = 0.5 * (q - p).cross(r - p).length();
-            let piece = &self.surface.pieces[piece];
             let middles = [0, 1, 2].map(|i| 0.5 * (corners[i].exact.st + corners[(i + 1) % 3].exact.st));
             let centre = (corners[0].exact.st + corners[1].exact.st + corners[2].exact.st) / 3.0;
+            let index = self.surface.holder(sheet, centre).unwrap_or(sheet);
+            let sheet = &self.surface.sheets[index];
             let flat = (p + q + r) / 3.0;
-            measured.flat.add(piece.foot(flat, centre).position.distance(flat), flat);
+            measured.flat.add(sheet.foot(flat, centre).position.distance(flat), flat);
             let mut placed = |st: DVec2| {
-                let place = piece.place(st).position;
-                measured.surface.add(facet.distance(place), place);
+                let holder = self.surface.holder(index, st);
+                let place = self.surface.sheets[holder.unwrap_or(index)].place(st).position;
+                if holder.is_some() {
+                    measured.surface.add(facet.distance(place), place);
+                }
                 place
             };
             placed(centre);
@@ -214,7 +219,7 @@ impl<'a> Search<'a> {
             measured.distance += area * heights.iter().sum::<f64>() / 3.0;
             measured.area += area;
             let angle = |st: DVec2| {
-                let normal = piece.normal(st);
+                let normal = sheet.normal(st);
                 libm::atan2(normal.cross(facet.normal).length(), normal.dot(facet.normal)).to_degrees()
             };
             let at_centre = angle(centre);
@@ -263,13 +268,14 @@ impl<'a> Search<'a> {
     fn look_closely(&self, index: usize) -> f64 {
         let facet = &self.mesh.facets[index];
         let mut farthest = 0.0;
-        for Cell { piece, corners } in self.cells(index).0 {
+        for Section { sheet, corners } in self.sections(index).0 {
             let [a, b, c] = corners.map(|corner| corner.exact.st);
             for i in 0..=CLOSELY {
                 for j in 0..=CLOSELY - i {
                     let [v, w] = [i, j].map(|k| f64::from(k) / f64::from(CLOSELY));
-                    let position =
-                        self.surface.pieces[piece].place((1.0 - v - w) * a + v * b + w * c).position;
+                    let st = (1.0 - v - w) * a + v * b + w * c;
+                    let Some(holder) = self.surface.holder(sheet, st) else { continue };
+                    let position = self.surface.sheets[holder].place(st).position;
                     let distance = facet.distance(position);
                     if distance > farthest {
                         farthest = self.mesh.nearest(position, distance).0.max(farthest);
@@ -283,32 +289,36 @@ impl<'a> Search<'a> {
     /// The greatest distance of a triangle's part of the surface, and of the triangle itself, if it is above the one known.
     fn search(&self, index: usize, level: Level) -> Outcome {
         let facet = &self.mesh.facets[index];
-        let (mut open, _) = self.cells(index);
-        let cells = open.clone();
+        let (sections, _) = self.sections(index);
+        let mut open: Vec<_> = sections.iter().flat_map(|section| self.on_siblings(section)).collect();
         let mut outcome = Outcome { level, bound: 0.0 };
         if self.cancel.load(Ordering::Relaxed) {
             return outcome;
         }
         let mut neighbours = None;
         let mut looked_at = 0;
-        while let Some(cell) = open.pop() {
+        while let Some(section) = open.pop() {
             looked_at += 1;
             let enough = outcome.level.enough();
-            let points = cell.corners.map(|corner| corner.exact.position);
-            let bend = self.surface.pieces[cell.piece].bend(cell.corners.map(|corner| corner.exact.st));
+            let points = section.corners.map(|corner| corner.exact.position);
+            let bend = self.surface.sheets[section.sheet].bend(section.corners.map(|corner| corner.exact.st));
             let apart = greatest(points.map(|point| facet.distance(point)));
             if apart + bend <= enough {
+                continue;
+            }
+            let sheet = &self.surface.sheets[section.sheet];
+            if sheet.overlap(section.corners.map(|corner| corner.exact.st)) == Overlap::None {
                 continue;
             }
             let beside = neighbours.get_or_insert_with(|| self.mesh.neighbours(index));
             if beside_bound(beside, facet, points, bend) <= enough {
                 continue;
             }
-            let middle = self.middle(&cell);
+            let middle = self.middle(&section);
             let from_own = facet.distance(middle.exact.position);
             if from_own > outcome.level.greater() {
                 let (distance, nearest) = self.mesh.nearest(middle.exact.position, from_own);
-                if distance > outcome.level.greater() {
+                if distance > outcome.level.greater() && sheet.holds(middle.exact.st) {
                     outcome.level.found = distance;
                 }
                 let enough = outcome.level.enough();
@@ -316,7 +326,7 @@ impl<'a> Search<'a> {
                 if distance + extent + bend <= enough {
                     continue;
                 }
-                // another triangle, or it and one beside it, may be nearer to the whole cell
+                // another triangle, or it and one beside it, may be nearer to the whole section
                 if let Some(nearest) = nearest {
                     let other = &self.mesh.facets[nearest];
                     let apart = greatest(points.map(|point| other.distance(point)));
@@ -326,38 +336,50 @@ impl<'a> Search<'a> {
                     }
                 }
             }
-            if looked_at > MAX_CELLS {
+            if looked_at > MAX_SECTIONS {
                 outcome.bound = outcome.bound.max(apart + bend);
                 continue;
             }
-            open.extend(self.quarters(&cell));
+            open.extend(self.quarters(&section));
         }
-        self.search_triangle(cells, outcome)
+        self.search_triangle(sections, outcome)
     }
 
-    /// The same for the flat triangle alone, given its cells.
-    fn search_triangle(&self, mut open: Vec<Cell>, mut outcome: Outcome) -> Outcome {
+    /// A section on all sheets over its loop.
+    fn on_siblings(&self, section: &Section) -> impl Iterator<Item = Section> {
+        let corners = section.corners;
+        self.surface.siblings(section.sheet).map(move |sheet| {
+            let place = |corner: Corner| Corner {
+                exact: self.surface.sheets[sheet].place(corner.exact.st),
+                ..corner
+            };
+            Section { sheet, corners: corners.map(place) }
+        })
+    }
+
+    /// The same for the flat triangle alone, given its sections.
+    fn search_triangle(&self, mut open: Vec<Section>, mut outcome: Outcome) -> Outcome {
         let mut looked_at = 0;
-        while let Some(cell) = open.pop() {
+        while let Some(section) = open.pop() {
             looked_at += 1;
             let enough = outcome.level.enough();
-            if self.feet_bound(&cell, cell.piece) <= enough {
+            let middle = self.middle(&section);
+            let own = self.surface.holder(section.sheet, middle.exact.st).unwrap_or(section.sheet);
+            if self.feet_bound(&section, own) <= enough {
                 continue;
             }
-            let middle = self.middle(&cell);
-            let piece = &self.surface.pieces[cell.piece];
-            let foot = piece.free_foot(middle.flat, middle.exact.st);
-            let elsewhere = (piece.clamped(foot) != foot)
-                .then(|| self.surface.piece_at(piece.rest(foot), cell.piece))
-                .flatten();
-            if elsewhere.is_some_and(|other| self.feet_bound(&cell, other) <= enough) {
+            let sheet = &self.surface.sheets[own];
+            let foot = sheet.free_foot(middle.flat, middle.exact.st);
+            let elsewhere =
+                (sheet.clamped(foot) != foot).then(|| self.surface.sheet_at(sheet.rest(foot), own)).flatten();
+            if elsewhere.is_some_and(|other| self.feet_bound(&section, other) <= enough) {
                 continue;
             }
-            let extent = greatest(cell.corners.map(|corner| corner.flat.distance(middle.flat)));
+            let extent = greatest(section.corners.map(|corner| corner.flat.distance(middle.flat)));
             if extent <= NEAR * enough {
-                let own = self.own_distance(&cell, &middle);
+                let own = self.own_distance(&section, &middle);
                 let ([least, most], nearest) = self.surface.distance(middle.flat, own, enough - extent);
-                if nearest.is_some_and(|other| self.feet_bound(&cell, other) <= enough) {
+                if nearest.is_some_and(|other| self.feet_bound(&section, other) <= enough) {
                     continue;
                 }
                 if least - self.rounding > outcome.level.greater() {
@@ -366,46 +388,61 @@ impl<'a> Search<'a> {
                 if most + extent <= outcome.level.enough() {
                     continue;
                 }
-                if looked_at > MAX_CELLS {
+                if looked_at > MAX_SECTIONS {
                     outcome.bound = outcome.bound.max(most + extent);
                     continue;
                 }
             }
-            open.extend(self.quarters(&cell));
+            open.extend(self.quarters(&section));
         }
         outcome
     }
 
-    fn own_distance(&self, cell: &Cell, middle: &Corner) -> f64 {
-        self.surface.pieces[cell.piece].foot(middle.flat, middle.exact.st).position.distance(middle.flat)
-    }
-
-    /// Bound of the distance of a cell's flat points from a piece: of its corners from their feet, and how the piece bends
-    /// between these.
-    fn feet_bound(&self, cell: &Cell, index: usize) -> f64 {
-        let piece = &self.surface.pieces[index];
-        let own = &self.surface.pieces[cell.piece];
-        let start = |corner: &Corner| {
-            if index == cell.piece { corner.exact.st } else { piece.parameters(own.rest(corner.exact.st)) }
+    /// Distance of the middle of a section's flat triangle from a point of the sheets over its loop; infinity if none of
+    /// their nearest points is inside its curved borders.
+    fn own_distance(&self, section: &Section, middle: &Corner) -> f64 {
+        let distance = |index: usize| {
+            let sheet = &self.surface.sheets[index];
+            let foot = sheet.foot(middle.flat, middle.exact.st);
+            sheet.holds(foot.st).then(|| foot.position.distance(middle.flat))
         };
-        let feet = cell.corners.map(|corner| piece.foot(corner.flat, start(&corner)));
-        let distances = [0, 1, 2].map(|i| feet[i].position.distance(cell.corners[i].flat));
-        greatest(distances) + piece.bend(feet.map(|foot| foot.st))
+        self.surface.siblings(section.sheet).filter_map(distance).fold(f64::INFINITY, f64::min)
     }
 
-    fn middle(&self, cell: &Cell) -> Corner {
-        let [a, b, c] = cell.corners;
+    /// Bound of the distance of a section's flat points from the sheets over one loop: of its corners from their feet on one
+    /// sheet, and how that bends between these. Where curved borders cross the triangle of the feet, every place of it
+    /// is in one of the sheets there, so the greatest of their bounds holds.
+    fn feet_bound(&self, section: &Section, index: usize) -> f64 {
+        let sheet = &self.surface.sheets[index];
+        let own = &self.surface.sheets[section.sheet];
+        let start = |corner: &Corner| {
+            if index == section.sheet { corner.exact.st } else { sheet.parameters(own.rest(corner.exact.st)) }
+        };
+        let feet = section.corners.map(|corner| sheet.foot(corner.flat, start(&corner)).st);
+        let bound = |index: usize| {
+            let sheet = &self.surface.sheets[index];
+            if sheet.overlap(feet) == Overlap::None {
+                return 0.0;
+            }
+            let distance = |i: usize| sheet.place(feet[i]).position.distance(section.corners[i].flat);
+            greatest([0, 1, 2].map(distance)) + sheet.bend(feet)
+        };
+        self.surface.siblings(index).map(bound).fold(0.0, f64::max)
+    }
+
+    fn middle(&self, section: &Section) -> Corner {
+        let [a, b, c] = section.corners;
         let st = (a.exact.st + b.exact.st + c.exact.st) / 3.0;
-        Corner { exact: self.surface.pieces[cell.piece].place(st), flat: (a.flat + b.flat + c.flat) / 3.0 }
+        Corner { exact: self.surface.sheets[section.sheet].place(st), flat: (a.flat + b.flat + c.flat) / 3.0 }
     }
 
-    fn quarters(&self, cell: &Cell) -> [Cell; 4] {
-        let piece = &self.surface.pieces[cell.piece];
+    fn quarters(&self, section: &Section) -> [Section; 4] {
+        let sheet = &self.surface.sheets[section.sheet];
         let half = |p: Corner, q: Corner| Corner {
-            exact: piece.place(0.5 * (p.exact.st + q.exact.st)),
+            exact: sheet.place(0.5 * (p.exact.st + q.exact.st)),
             flat: 0.5 * (p.flat + q.flat),
         };
-        triangle::quarters(cell.corners, half).map(|corners| Cell { piece: cell.piece, corners })
+        triangle::quarters(section.corners, half).map(|corners| Section { sheet: section.sheet, corners })
     }
 }
 
