@@ -8,6 +8,7 @@ use crate::analytic::{Chain, CoverSettings, Step, cover};
 use crate::patch::{BezierPatch, Deformation, Facet, PlanarPolygon, TrimmedPatch, deform_polygons};
 use crate::spline::SplineVolume;
 use crate::subdivide::{Frame, FrameChoice};
+use crate::tessellate::facets;
 use crate::test_support::{Noise, cube_triangles, deform, random_volume};
 
 /// Facets with their corners on the deformed shape: each triangle in 4^level.
@@ -204,5 +205,51 @@ fn both_sides_of_a_tear_count() {
         let want: f64 = off.abs();
         assert!(found.max <= want * (1.0 + 1e-9) && want <= found.bound * (1.0 + 1e-9), "{off}: {found:?}");
         assert!(found.bound <= 1.0101 * found.max, "{off}: {found:?}");
+    }
+}
+
+/// A paraboloid over the unit square, of which a lattice whose box ends at height 0.09 lowers its part by 1: the cap inside
+/// a circle of radius 0.3.
+fn torn_paraboloid() -> Vec<TrimmedPatch> {
+    let square = [0.25, -0.25, 0.25];
+    let points = (0..9).map(|n| {
+        let (i, j) = (n / 3, n % 3);
+        DVec4::new(0.5 * i as f64, 0.5 * j as f64, square[i] + square[j], 1.0)
+    });
+    let base = TrimmedPatch::untrimmed(
+        Frame { origin: DVec3::ZERO, s: DVec3::X, t: DVec3::Y },
+        BezierPatch::new([2, 2], points.collect()),
+    );
+    let ends = [DVec3::splat(-2.0), DVec3::new(2.0, 2.0, 0.09)];
+    let identity = SplineVolume::identity([1; 3], [2; 3], ends).unwrap();
+    let points: Vec<_> =
+        identity.control_points().iter().map(|point| *point - DVec4::new(0.0, 0.0, 1.0, 0.0)).collect();
+    let volume = SplineVolume::try_new(identity.axes().clone(), &points).unwrap();
+    let chain = Arc::new(Chain::new(vec![Step::Volume(volume)]));
+    cover(&[base], &chain, CoverSettings::default()).unwrap().patches
+}
+
+#[test]
+fn tears_along_curves_are_followed() {
+    let patches = torn_paraboloid();
+    assert!(patches.iter().any(|patch| !patch.leads()), "the border is within cells");
+    let cancel = AtomicBool::new(false);
+    for tolerance in [1e-2, 1e-3] {
+        let made = facets(&patches, tolerance, &cancel).unwrap();
+        for facet in &made {
+            let radius = |p: DVec3| (p.truncate() - 0.5).length();
+            let lowered = facet.corners.map(|p| {
+                let height = radius(p) * radius(p);
+                assert!((p.z - height).abs() < 1e-9 || (p.z - height + 1.0).abs() < 1e-9, "{p}");
+                p.z < height - 0.5
+            });
+            assert!(lowered == [lowered[0]; 3], "no triangle bridges the tear");
+            let inside = |p: DVec3| if lowered[0] { radius(p) < 0.3 + 1e-6 } else { radius(p) > 0.3 - 1e-6 };
+            assert!(facet.corners.into_iter().all(inside), "{facet:?}");
+        }
+        let triangles: Vec<_> = made.iter().filter_map(Facet::patch).collect();
+        let found = deviation(&patches, &triangles, &cancel).unwrap();
+        assert!(found.bound <= 1.0101 * found.max && found.bound <= tolerance, "{tolerance}: {found:?}");
+        assert!(made.len() < 4000, "{}", made.len());
     }
 }

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::index;
 use crate::math::polygon::doubled_area;
-use crate::patch::TrimmedPatch;
+use crate::patch::{PatchPoint, TrimmedPatch};
 
 /// Corners of the undeformed object this close, in parts of its diagonal, are the same: above the 1e-12 by which pieces are
 /// moved into shared planes and onto knot planes.
@@ -29,6 +29,10 @@ const THIN: f64 = 0.01;
 #[derive(Clone, Debug)]
 pub(super) struct Part<'a> {
     pub(super) patch: &'a TrimmedPatch,
+    /// All patches over the same rectangle, with curved borders between them; the first leads.
+    pub(super) sheets: &'a [TrimmedPatch],
+    /// Whether its triangles are on its own side of curved borders, and not on that of whichever patch is there.
+    pub(super) is_side: bool,
     /// Its corners in the patch's parameters, counter-clockwise.
     pub(super) outline: &'a [DVec2],
     /// The edges of it beyond which the surface does not go on smoothly.
@@ -51,6 +55,8 @@ pub(super) struct Triangle {
     pub(super) settled: bool,
     /// Whether it has not been halved yet.
     pub(super) is_first: bool,
+    /// Whether the edges 0-1, 1-2 and 2-0 are along a curved border where the surface is torn.
+    pub(super) on_border: [bool; 3],
 }
 
 /// Triangles on the exact surface.
@@ -75,7 +81,8 @@ pub(super) fn base_mesh(patches: &[TrimmedPatch]) -> Mesh<'_> {
     let mut welder = Welder::new(patches);
     let mut parts = Vec::new();
     let mut outlines: Vec<Vec<Corner>> = Vec::new();
-    for patch in patches.iter().filter(|patch| patch.leads()) {
+    for sheets in patches.chunk_by(|_, next| !next.leads()) {
+        let patch = &sheets[0];
         for trim_loop in patch.trim.loops() {
             let mut outline: Vec<Corner> = Vec::new();
             for &st in patch.trim.corners(trim_loop) {
@@ -88,7 +95,8 @@ pub(super) fn base_mesh(patches: &[TrimmedPatch]) -> Mesh<'_> {
             }
             let border = patch.trim.corners(trim_loop);
             let (polygon, face) = (trim_loop.polygon, trim_loop.face);
-            parts.push(Part { patch, outline: border, creases: Vec::new(), polygon, face });
+            let creases = Vec::new();
+            parts.push(Part { patch, sheets, is_side: false, outline: border, creases, polygon, face });
             outlines.push(outline);
         }
     }
@@ -106,10 +114,22 @@ pub(super) fn base_mesh(patches: &[TrimmedPatch]) -> Mesh<'_> {
     mesh
 }
 
-impl Mesh<'_> {
+impl Part<'_> {
+    /// Point and partial derivatives of the surface.
+    pub(super) fn eval(&self, st: DVec2) -> PatchPoint {
+        if self.is_side { self.patch.eval(st) } else { self.patch.eval_whole(st) }
+    }
+}
+
+impl<'a> Mesh<'a> {
+    /// The patches over a triangle's rectangle.
+    pub(super) fn sheets(&self, triangle: &Triangle) -> &'a [TrimmedPatch] {
+        self.parts[triangle.part as usize].sheets
+    }
+
     /// The point of a sub-polygon's patch.
     pub(super) fn eval(&self, part: u32, st: DVec2) -> DVec3 {
-        self.parts[part as usize].patch.eval_whole(st).position
+        self.parts[part as usize].eval(st).position
     }
 
     /// Cuts a convex outline, which may have corners on straight edges, into triangles: a fan, or a star around its middle
@@ -121,7 +141,14 @@ impl Mesh<'_> {
         }
         let mut push = |corners: [Corner; 3]| {
             let (vertices, st) = (corners.map(|corner| corner.vertex), corners.map(|corner| corner.st));
-            self.triangles.push(Triangle { part, vertices, st, settled: false, is_first: true });
+            self.triangles.push(Triangle {
+                part,
+                vertices,
+                st,
+                settled: false,
+                is_first: true,
+                on_border: [false; 3],
+            });
         };
         let corner = |i: usize| outline[i % count];
         let fan =

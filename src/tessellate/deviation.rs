@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::border::on_border;
 use super::corners::Part;
 use crate::math::polygon;
 
@@ -62,36 +63,39 @@ fn is_border(edges: &[[DVec2; 2]], [from, to]: [DVec2; 2]) -> bool {
 /// triangle leans away from the tangent plane, it is the first in any case; and where the surface would be nearest beyond the
 /// border of the sub-polygon, which may be a crease, it is that from the nearer of the surface's points there and at the same
 /// parameters. On edges that are part of a crease it is no less than that of the surface's border from the edge's line:
-/// beyond a crease there may be nothing of the triangles that is nearer.
+/// beyond a crease there may be nothing of the triangles that is nearer. The same holds of edges along a curved border where
+/// the surface is torn, with the border's points beside the edge.
 pub(super) fn distances(
     part: &Part<'_>,
     st: [DVec2; 3],
     corners: [DVec3; 3],
+    along_tear: [bool; 3],
     (is_first, parameters_matter): (bool, bool),
 ) -> Distances {
-    let patch = part.patch;
     let facet = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
     let distance = |weights: DVec3| {
         let at = weights.x * st[0] + weights.y * st[1] + weights.z * st[2];
         let flat = weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2];
-        let exact = patch.eval_whole(at);
+        let exact = part.eval(at);
         let offset = flat - exact.position;
         if parameters_matter || exact.normal().dot(facet).abs() <= OBLIQUE {
             return offset.length();
         }
         let foot = at + exact.step_along(offset);
         let inside = polygon::nearest(part.outline, foot);
-        let nearer = patch.eval_whole(inside);
+        let nearer = part.eval(inside);
         if inside.distance_squared(foot) > ON_BORDER * ON_BORDER {
             return offset.length().min(flat.distance(nearer.position));
         }
         (flat - nearer.position).dot(nearer.normal()).abs()
     };
-    let on_border = [0, 1, 2].map(|edge| is_border(&part.creases, [st[edge], st[(edge + 1) % 3]]));
+    let ends = |edge: usize| [st[edge], st[(edge + 1) % 3]];
+    let is_edge = [0, 1, 2].map(|edge| along_tear[edge] || is_border(&part.creases, ends(edge)));
     let from_line = |weights: DVec3, edge: usize| {
         let at = weights.x * st[0] + weights.y * st[1] + weights.z * st[2];
         let [from, along] = [corners[edge], (corners[(edge + 1) % 3] - corners[edge]).normalize_or_zero()];
-        (patch.eval_whole(at).position - from).cross(along).length()
+        let at = if along_tear[edge] { on_border(part.sheets, ends(edge), at).unwrap_or(at) } else { at };
+        (part.eval(at).position - from).cross(along).length()
     };
     let steps = if is_first { FIRST_STEPS } else { STEPS };
     let mut found = Distances::default();
@@ -104,7 +108,7 @@ pub(super) fn distances(
             }
             let weights = DVec3::new(k as f64, i as f64, j as f64) / steps as f64;
             let on = [j == 0, k == 0, i == 0];
-            let border = (0..3).find(|&edge| on[edge] && on_border[edge]);
+            let border = (0..3).find(|&edge| on[edge] && is_edge[edge]);
             found.add(border.map_or(0.0, |edge| from_line(weights, edge)).max(distance(weights)), on);
         }
     }

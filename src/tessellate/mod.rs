@@ -5,6 +5,7 @@
 //! triangles that have it, so neighbours share every vertex. Where the exact surface is torn (parts outside the lattice's
 //! box beside moved ones) its two sides stay apart.
 
+mod border;
 mod corners;
 mod deviation;
 mod refine;
@@ -19,6 +20,7 @@ use thiserror::Error;
 
 use crate::patch::{Facet, TrimmedPatch};
 use crate::trace::TracedObject;
+use border::cut_along_tears;
 use corners::base_mesh;
 use refine::Refinement;
 
@@ -87,6 +89,7 @@ pub fn tessellate(
         object.attributes.uv(part.polygon, part.patch.frame.point(triangle.st[0])).is_finite()
     });
     let mut refinement = Refinement::new(mesh, has_uvs, cancel);
+    cut_along_tears(&mut refinement)?;
     let deviation = match fineness {
         Fineness::Tolerance(tolerance) => refinement.refine_to(tolerance)?,
         Fineness::Level(level) => {
@@ -112,6 +115,7 @@ pub fn facets(
     cancel: &AtomicBool,
 ) -> Result<Vec<Facet>, TessellateError> {
     let mut refinement = Refinement::new(base_mesh(patches), false, cancel);
+    cut_along_tears(&mut refinement)?;
     refinement.refine_to(tolerance)?;
     let mesh = &refinement.mesh;
     let facet = |triangle: &corners::Triangle| {
@@ -153,7 +157,7 @@ fn finished(object: &TracedObject, refinement: &Refinement<'_>, deviation: f64) 
             // no reader expects NaN
             let uv = if uv.is_finite() { uv } else { DVec2::ZERO };
             let normal = if has_normals {
-                let own = || mesh.parts[triangle.part as usize].patch.eval_whole(st).normal();
+                let own = || mesh.parts[triangle.part as usize].eval(st).normal();
                 normal_at(triangle.part, st).unwrap_or_else(own)
             } else {
                 DVec3::ZERO

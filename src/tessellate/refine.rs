@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::{DVec2, DVec3};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
+use super::border::on_border;
 use super::corners::{Mesh, Triangle};
 use super::deviation::{Distances, distances};
 use super::{MAX_TRIANGLES, TessellateError, index};
@@ -101,11 +102,22 @@ impl<'a> Refinement<'a> {
     fn distances(&self, triangle: &Triangle) -> Distances {
         let part = &self.mesh.parts[triangle.part as usize];
         let corners = triangle.vertices.map(|vertex| self.mesh.positions[vertex as usize]);
-        distances(part, triangle.st, corners, (triangle.is_first, self.parameters_matter))
+        distances(part, triangle.st, corners, triangle.on_border, (triangle.is_first, self.parameters_matter))
     }
 
     /// Halves the edges that are marked, in all triangles that have them.
-    fn halve(&mut self, is_marked: impl Fn([u32; 2]) -> bool) -> Result<(), TessellateError> {
+    pub(super) fn halve(&mut self, is_marked: impl Fn([u32; 2]) -> bool) -> Result<(), TessellateError> {
+        self.cut(|edge| is_marked(edge).then_some(0.5), false)
+    }
+
+    /// Cuts edges, in all triangles that have them, at a fraction of the way from the end with the lower index to the other.
+    /// Halved edges along curved borders are cut on the border. If it `joins`, the triangles of an edge share its point even
+    /// where the surface is torn.
+    pub(super) fn cut(
+        &mut self,
+        fraction: impl Fn([u32; 2]) -> Option<f64>,
+        joins: bool,
+    ) -> Result<(), TessellateError> {
         if self.cancel.load(Ordering::Relaxed) {
             return Err(TessellateError::Interrupted);
         }
@@ -116,9 +128,9 @@ impl<'a> Refinement<'a> {
             let mut middle: [Middle; 3] = [None; 3];
             for (edge, middle) in middle.iter_mut().enumerate() {
                 let ends = ordered([triangle.vertices[edge], triangle.vertices[(edge + 1) % 3]]);
-                if is_marked(ends) {
-                    let st = 0.5 * (triangle.st[edge] + triangle.st[(edge + 1) % 3]);
-                    *middle = Some((self.middle(&mut middles, ends, triangle.part, st), st));
+                if let Some(fraction) = fraction(ends) {
+                    let st = self.cut_place(&triangle, edge, fraction);
+                    *middle = Some((self.middle(&mut middles, (ends, joins), triangle.part, st), st));
                 }
             }
             if middle == [None; 3] {
@@ -134,18 +146,31 @@ impl<'a> Refinement<'a> {
         Ok(())
     }
 
+    /// Parameters where an edge is cut.
+    fn cut_place(&self, triangle: &Triangle, edge: usize, fraction: f64) -> DVec2 {
+        let [from, to] = [triangle.st[edge], triangle.st[(edge + 1) % 3]];
+        if fraction == 0.5 {
+            let middle = 0.5 * (from + to);
+            let moved =
+                triangle.on_border[edge].then(|| on_border(self.mesh.sheets(triangle), [from, to], middle));
+            return moved.flatten().unwrap_or(middle);
+        }
+        let [first, second] = [triangle.vertices[edge], triangle.vertices[(edge + 1) % 3]];
+        if first < second { from.lerp(to, fraction) } else { to.lerp(from, fraction) }
+    }
+
     /// The vertex in the middle of an edge, shared by all triangles whose surface meets there.
     fn middle(
         &mut self,
         middles: &mut HashMap<[u32; 2], Middles>,
-        edge: [u32; 2],
+        (edge, joins): ([u32; 2], bool),
         part: u32,
         st: DVec2,
     ) -> u32 {
         let position = self.mesh.eval(part, st);
         let known = middles.entry(edge).or_default();
         for vertex in [known.first, known.second].into_iter().flatten() {
-            if self.mesh.positions[vertex as usize].distance(position) <= self.mesh.same_position {
+            if joins || self.mesh.positions[vertex as usize].distance(position) <= self.mesh.same_position {
                 return vertex;
             }
         }
@@ -184,14 +209,20 @@ fn split(
     let bits =
         |turn: usize| (0..3).fold(0, |bits, edge| 2 * bits + u8::from(middle[(turn + edge) % 3].is_some()));
     let turn = (0..3).max_by_key(|&turn| bits(turn)).unwrap_or(0);
+    // with each point the edges that it is on, by bits
     let corner = |corner: usize| {
         let corner = (corner + turn) % 3;
-        (triangle.vertices[corner], triangle.st[corner])
+        (triangle.vertices[corner], triangle.st[corner], 1_u8 << corner | 1 << ((corner + 2) % 3))
+    };
+    let middle_of = |edge: usize| {
+        let edge = (edge + turn) % 3;
+        middle[edge].map(|(vertex, st)| (vertex, st, 1_u8 << edge))
     };
     let [a, b, c] = [corner(0), corner(1), corner(2)];
-    let length_sq =
-        |p: (u32, DVec2), q: (u32, DVec2)| positions[p.0 as usize].distance_squared(positions[q.0 as usize]);
-    let cut = match [0, 1, 2].map(|edge| middle[(edge + turn) % 3]) {
+    let length_sq = |p: (u32, DVec2, u8), q: (u32, DVec2, u8)| {
+        positions[p.0 as usize].distance_squared(positions[q.0 as usize])
+    };
+    let cut = match [0, 1, 2].map(middle_of) {
         [Some(ab), Some(bc), Some(ca)] => {
             [Some([a, ab, ca]), Some([ab, b, bc]), Some([ca, bc, c]), Some([ab, bc, ca])]
         }
@@ -204,12 +235,14 @@ fn split(
         _ => [Some([a, b, c]), None, None, None],
     };
     let part = triangle.part;
+    let borders = (0..3).fold(0_u8, |bits, edge| bits | u8::from(triangle.on_border[edge]) << edge);
     cut.into_iter().flatten().map(move |corners| Triangle {
         part,
         vertices: corners.map(|corner| corner.0),
         st: corners.map(|corner| corner.1),
         settled: false,
         is_first: false,
+        on_border: [0, 1, 2].map(|edge| corners[edge].2 & corners[(edge + 1) % 3].2 & borders != 0),
     })
 }
 
@@ -217,10 +250,10 @@ fn lengths_sq(positions: &[DVec3], triangle: &Triangle) -> [f64; 3] {
     edges_of(triangle.vertices).map(|[a, b]| positions[a as usize].distance_squared(positions[b as usize]))
 }
 
-const fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+pub(super) const fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]]
 }
 
-fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
+pub(super) fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
