@@ -18,7 +18,9 @@ use std::time::{Duration, Instant};
 use glam::{DAffine3, DVec3};
 use serde_json::{Value, json};
 use trimray::mesh::{MeshTolerances, load_obj, prepare_polygons};
-use trimray::patch::{Composer, Deformation, PlanarPolygon, compose_by_interpolation, deform_polygons};
+use trimray::patch::{
+    Chart, Composer, Deformation, PlanarPolygon, compose_by_interpolation, deform_polygons,
+};
 use trimray::random::SplitMix64;
 use trimray::spline::{Axis, ControlLattice, KnotBox, MAX_VOLUME_DEGREE, SplineVolume};
 use trimray::subdivide::{Frame, FrameChoice};
@@ -159,7 +161,7 @@ fn whole_mesh(path: &Path) -> Result<Value, String> {
         let started = Instant::now();
         let made = deform_polygons(black_box(&planar), deformation).map_err(|error| error.to_string())?;
         runs.push((started.elapsed(), made.times));
-        patches = made.patches.len();
+        patches = made.shell.faces().len();
     }
     runs.sort_by_key(|run| run.0);
     let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
@@ -197,8 +199,9 @@ fn general_planes(volume: &SplineVolume, frame: FrameChoice) -> Vec<(KnotBox, Fr
             let polygon = [PlanarPolygon { face: 0, corners: &corners }];
             let made = deform_polygons(&polygon, Deformation { volume: Some(volume), frame })
                 .expect("a small triangle in a mild lattice");
-            let patch = made.patches.first().expect("the triangle has area and lies in the lattice");
-            (patch.knot_box().expect("it lies in the lattice"), patch.frame)
+            let patch = made.shell.faces().first().expect("the triangle has area and lies in the lattice");
+            let Chart::Plane(frame) = patch.chart else { panic!("a triangle is plane") };
+            (patch.knot_box().expect("it lies in the lattice"), frame)
         })
         .collect()
 }

@@ -40,11 +40,11 @@ impl Random {
     /// A place of a patch's trim: its object, its index and its parameters.
     fn place(&mut self, scene: &TracedScene) -> Option<(u32, u32, DVec2)> {
         let object = index(self.next(), scene.objects().len());
-        let patches = &scene.objects()[object].patches;
+        let patches = scene.objects()[object].faces();
         let patch = index(self.next(), patches.len());
         let trimmed = &patches[patch];
-        let loops = trimmed.trim.loops();
-        let corners = trimmed.trim.corners(&loops[index(self.next(), loops.len())]);
+        let chosen = index(self.next(), trimmed.region.len());
+        let corners = trimmed.region.corners(&trimmed.region.trim_loop(chosen));
         let weights: Vec<f64> = corners.iter().map(|_| -(1.0 - self.next()).ln()).collect();
         let sum: f64 = weights.iter().sum();
         let st = corners.iter().zip(&weights).map(|(corner, weight)| *corner * (weight / sum)).sum();
@@ -77,7 +77,7 @@ fn tally(count: u64, check: impl Fn(&mut Random) -> (u64, bool, f64) + Sync) -> 
 /// with how many there were.
 fn points(scene: &TracedScene, random: &mut Random) -> (u64, bool, f64) {
     let object = index(random.next(), scene.objects().len());
-    let patches = &scene.objects()[object].patches;
+    let patches = scene.objects()[object].faces();
     let trimmed = &patches[index(random.next(), patches.len())];
     let Some(exact) = &trimmed.exact else { return (0, true, 0.0) };
     let ([low, high], error) = (trimmed.patch.hull_bounds(), exact.error());
@@ -98,7 +98,7 @@ fn points(scene: &TracedScene, random: &mut Random) -> (u64, bool, f64) {
 /// Whether a planted ray finds its point, and how far the hit is off, in parts of what its angle allows.
 fn planted(scene: &TracedScene, diagonal: f64, random: &mut Random) -> Option<(u64, bool, f64)> {
     let (object, patch, st) = random.place(scene)?;
-    let trimmed = &scene.objects()[object as usize].patches[patch as usize];
+    let trimmed = &scene.objects()[object as usize].faces()[patch as usize];
     let point = trimmed.eval(st);
     let normal = point.dp_ds.cross(point.dp_dt).try_normalize()?;
     let mut direction = random.direction();
@@ -112,7 +112,7 @@ fn planted(scene: &TracedScene, diagonal: f64, random: &mut Random) -> Option<(u
     }
     let ray = Ray::new(point.position - 2.0 * diagonal * direction, direction);
     let distance = |hit: &PatchHit| {
-        let trimmed = &scene.objects()[hit.object as usize].patches[hit.patch as usize];
+        let trimmed = &scene.objects()[hit.object as usize].faces()[hit.patch as usize];
         trimmed.eval(hit.st).position.distance(point.position)
     };
     let nearest = scene.all(&ray).iter().map(distance).fold(f64::INFINITY, f64::min);

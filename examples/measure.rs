@@ -47,7 +47,7 @@ fn measure(path: &Path) -> Result<bool, String> {
     println!("{}", path.display());
     let mut good = true;
     for (object, made) in built.traced.objects().iter().zip(&built.objects) {
-        println!("  {}: {} sub-polygons, {} patches", object.name, made.subpolygons, object.patches.len());
+        println!("  {}: {} sub-polygons, {} patches", object.name, made.subpolygons, object.faces().len());
     }
     let (to_ray, to_volume, hits, statistics) = accuracy(&built, low, high);
     println!(

@@ -14,8 +14,7 @@ use std::time::{Duration, Instant};
 
 use trimray::mesh::{MeshTolerances, PolygonSet, load_obj, prepare_polygons};
 use trimray::patch::{
-    Deformation, DeformedPolygons, DeformedTriangles, PlanarPolygon, TrimmedPatch, deform_polygons,
-    deform_triangles,
+    Deformation, DeformedPolygons, DeformedTriangles, Face, PlanarPolygon, deform_polygons, deform_triangles,
 };
 use trimray::scene::parse_scene;
 use trimray::spline::SplineVolume;
@@ -119,8 +118,8 @@ fn measure(published: &Published) -> Result<bool, String> {
     }
     let (old, new, rectangle) = made.ok_or("no run")?;
     print_row(published, &planar, &volume, (&old, &new, &rectangle), best);
-    let as_published = published.figure != 7 || (new.subpolygons, new.patches.len()) == (36, 24);
-    Ok(as_published && new.patches.len() < old.pieces.len() && best[1] < best[0])
+    let as_published = published.figure != 7 || (new.subpolygons, new.shell.faces().len()) == (36, 24);
+    Ok(as_published && new.shell.faces().len() < old.pieces.len() && best[1] < best[0])
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
@@ -139,9 +138,9 @@ fn print_row(
     let product = |numbers: [usize; 3]| numbers.map(|number| number.to_string()).join("×");
     let pair = |[old, new]: [usize; 2]| format!("{old} : {new}");
     let control_points = |made: &DeformedPolygons| -> usize {
-        made.patches.iter().map(|patch| patch.patch.control_points().len()).sum()
+        made.shell.faces().iter().map(|patch| patch.patch.control_points().len()).sum()
     };
-    let bytes: usize = new.patches.iter().map(TrimmedPatch::bytes).sum();
+    let bytes: usize = new.shell.faces().iter().map(Face::bytes).sum();
     let [old_ms, new_ms, rectangle_ms] = best.map(|time| 1e3 * time.as_secs_f64());
     let [old_s, new_s] = published.seconds;
     // printed as 0.000
@@ -154,7 +153,7 @@ fn print_row(
         triangles.to_string(),
         pair([old.pieces.len(), new.subpolygons]),
         pair(published.subpolygons),
-        pair([old.pieces.len(), new.patches.len()]),
+        pair([old.pieces.len(), new.shell.faces().len()]),
         pair(published.patches),
         pair([old.control_points(), control_points(new)]),
         pair([old.bytes().div_ceil(1000), bytes.div_ceil(1000)]),

@@ -46,7 +46,7 @@
 //! let square = PlanarPolygon { face: 0, corners: &corners };
 //! let made = deform_polygons(&[square], Deformation { volume: Some(&volume), ..Default::default() })?;
 //!
-//! let square = TracedObject { name: "square".into(), patches: made.patches, attributes: Box::new(NoAttributes) };
+//! let square = TracedObject { name: "square".into(), shell: made.shell, attributes: Box::new(NoAttributes) };
 //! let scene = TracedScene::new(vec![square]);
 //! let hit = scene.closest_hit(&Ray::new(DVec3::new(0.6, 0.5, 2.0), DVec3::NEG_Z)).expect("it is hit");
 //! let exact = volume.eval(hit.rest).expect("inside the lattice");

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, DVec4};
 
-use crate::patch::{Deformation, PlanarPolygon, TrimmedPatch, deform_polygons};
+use crate::patch::{Deformation, PlanarPolygon, Shell, deform_polygons};
 use crate::spline::SplineVolume;
 use crate::subdivide::FrameChoice;
 use crate::trace::{NoAttributes, TracedObject, TracedScene};
@@ -97,15 +97,15 @@ pub(crate) fn ball_triangles() -> Vec<[DVec3; 3]> {
     triangles
 }
 
-pub(crate) fn deform(
-    triangles: &[[DVec3; 3]],
-    volume: Option<&SplineVolume>,
-    frame: FrameChoice,
-) -> Vec<TrimmedPatch> {
+pub(crate) fn deform(triangles: &[[DVec3; 3]], volume: Option<&SplineVolume>, frame: FrameChoice) -> Shell {
     let polygons: Vec<_> = (0..).zip(triangles).map(|(face, c)| PlanarPolygon { face, corners: c }).collect();
-    deform_polygons(&polygons, Deformation { volume, frame }).unwrap().patches
+    deform_polygons(&polygons, Deformation { volume, frame }).unwrap().shell
 }
 
-pub(crate) fn scene_of(patches: Vec<TrimmedPatch>) -> TracedScene {
-    TracedScene::new(vec![TracedObject { name: "test".into(), patches, attributes: Box::new(NoAttributes) }])
+pub(crate) fn scene_of(shell: impl Into<Shell>) -> TracedScene {
+    TracedScene::new(vec![TracedObject {
+        name: "test".into(),
+        shell: shell.into(),
+        attributes: Box::new(NoAttributes),
+    }])
 }

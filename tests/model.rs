@@ -217,7 +217,7 @@ fn exact_hits_are_where_the_formula_of_extension_functions_takes_their_parameter
 /// How far the triangles of a representation are from the exact shape.
 fn distance(shape: &Shape, deformers: &[Deformer], representation: Representation) -> Deviation {
     let scenes = [Representation::Exact, representation].map(|way| by(shape, deformers, way).0);
-    let [exact, flat] = scenes.each_ref().map(|scene| &scene.objects()[0].patches);
+    let [exact, flat] = scenes.each_ref().map(|scene| scene.objects()[0].faces());
     deviation(exact, flat, &AtomicBool::new(false)).expect("no border is a curve")
 }
 
@@ -240,7 +240,7 @@ fn adaptive_triangles_are_within_their_tolerance() {
             assert!(found.max <= tolerance, "{name}: {} is above {tolerance}", found.max);
             assert!(found.max > 0.05 * tolerance || name != "torus", "{name}: far too fine, {}", found.max);
             let (scene, report) = by(&shape, &deformers, representation);
-            assert_eq!(report.subpolygons, scene.objects()[0].patches.len());
+            assert_eq!(report.subpolygons, scene.objects()[0].faces().len());
         }
     }
 }
@@ -255,7 +255,7 @@ fn pointwise_triangles_come_four_times_closer_with_each_level() {
             assert!((pair[0] / pair[1] - 4.0).abs() < 0.8, "{errors:?}");
         }
         let (scene, _) = by(&shape, &deformers, Representation::Pointwise { level: 2 });
-        assert_eq!(scene.objects()[0].patches.len(), 12 * 16);
+        assert_eq!(scene.objects()[0].faces().len(), 12 * 16);
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot};
 use trimray::mesh::{MeshTolerances, load_obj, prepare_polygons};
-use trimray::patch::{Deformation, PlanarPolygon, TrimmedPatch, deform_polygons};
+use trimray::patch::{Deformation, PlanarPolygon, deform_polygons};
 use trimray::spline::{Axis, ControlLattice, SplineVolume};
 use trimray::subdivide::FrameChoice;
 use trimray::trace::{NoAttributes, TracedObject, TracedScene};
@@ -186,14 +186,13 @@ impl Object {
         let started = Instant::now();
         let object = TracedObject {
             name: self.subject.name.clone(),
-            patches: made.patches,
+            shell: made.shell,
             attributes: Box::new(NoAttributes),
         };
         let scene = TracedScene::new(vec![object]);
         let [subdivide, compose, structure] = [made.times.subdivide, made.times.compose, started.elapsed()]
             .map(|time: Duration| time.as_secs_f64());
-        let patches: usize = scene.objects()[0].patches.iter().map(TrimmedPatch::bytes).sum();
-        let bytes = patches + scene.acceleration().bytes;
+        let bytes = scene.objects()[0].shell.bytes() + scene.acceleration().bytes;
         Ok(Built { scene, times: BuiltTimes { subdivide, compose, structure }, bytes })
     }
 

@@ -29,7 +29,7 @@
 //! and build quality. Nothing is left out: every set and every tessellation is printed.
 //!
 //! Build times are the least of 7 for trimray, of 3 for Embree and for making the uniform tessellations; adaptive ones are
-//! made once, with no care for time. Memory is what the structures hold afterwards (`TrimmedPatch::bytes` and the acceleration structure; Embree's memory monitor and the mesh).
+//! made once, with no care for time. Memory is what the structures hold afterwards (`Face::bytes` and the acceleration structure; Embree's memory monitor and the mesh).
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -42,7 +42,6 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
-use trimray::patch::TrimmedPatch;
 use trimray::scene::parse_scene;
 use trimray::trace::{RayTracer, TracedScene};
 
@@ -151,12 +150,11 @@ fn compare_scene(path: &Path, arguments: &Arguments, report: Report) -> Result<(
     let build = || description.build().map(|built| built.traced).map_err(|error| error.to_string());
     let (built, build_seconds) = least_of(build);
     let scene = built?;
-    let bytes: usize =
-        scene.objects().iter().flat_map(|object| &object.patches).map(TrimmedPatch::bytes).sum();
+    let bytes: usize = scene.objects().iter().map(|object| object.shell.bytes()).sum();
     let bytes = bytes + scene.acceleration().bytes;
     let (coarse, _) = tessellate::of_scene(&scene, 1e-3, 1.0)?;
     let name = path.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let patches: usize = scene.objects().iter().map(|object| object.patches.len()).sum();
+    let patches: usize = scene.objects().iter().map(|object| object.faces().len()).sum();
     let points = coarse.vertices.iter().map(|vertex| vertex.as_dvec3());
     let subject = Subject::new(name, format!("{}, {patches} patches", path.display()), points);
     report.heading(&subject, &peer.version);

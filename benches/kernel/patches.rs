@@ -76,7 +76,7 @@ fn single_patches() -> Result<Vec<(Object, TracedScene)>, String> {
             let mut object = Object::new("patch", String::new(), mesh, volume);
             object.frame = frame;
             let scene = object.build()?.scene;
-            let [only] = scene.objects()[0].patches.as_slice() else {
+            let [only] = scene.objects()[0].faces() else {
                 return Err(format!("more than one patch for degree {degree:?}"));
             };
             let mut got = only.patch.degree();
@@ -107,7 +107,7 @@ fn bent_volume(degree: usize, rational: bool) -> Result<SplineVolume, String> {
 }
 
 fn the_patch(scene: &TracedScene) -> &BezierPatch {
-    &scene.objects()[0].patches[0].patch
+    &scene.objects()[0].faces()[0].patch
 }
 
 /// Nanoseconds of a point with both partials.

@@ -61,7 +61,7 @@ fn whole_object(arguments: &Arguments, report: Report, bench: &str, object: &Obj
         tracer.closest(&ray.ray());
     }
     let counted = tracer.statistics();
-    let patches = scene.objects()[0].patches.len();
+    let patches = scene.objects()[0].faces().len();
     let structure = scene.acceleration();
     let volume = object.volume.degree();
     report.row(
@@ -94,7 +94,7 @@ fn whole_object(arguments: &Arguments, report: Report, bench: &str, object: &Obj
 /// How many patches there are of each degree.
 fn degrees(scene: &TracedScene) -> BTreeMap<String, usize> {
     let mut found = BTreeMap::new();
-    for trimmed in &scene.objects()[0].patches {
+    for trimmed in scene.objects()[0].faces() {
         *found.entry(by(&trimmed.patch.degree())).or_default() += 1;
     }
     found
@@ -119,7 +119,7 @@ fn one_object(arguments: &Arguments, report: Report, object: &Object) -> Result<
         &format!("object {}: {}", object.subject.name, object.subject.description),
         &format!(
             "{} patches, {} leaves ({} inside the trim), {:.3} MB, built in {:.2} ms\nrays             number   single  packets  two threads   per ray",
-            scene.objects()[0].patches.len(),
+            scene.objects()[0].faces().len(),
             structure.leaves,
             structure.leaves_inside,
             bytes as f64 * 1e-6,
@@ -127,7 +127,7 @@ fn one_object(arguments: &Arguments, report: Report, object: &Object) -> Result<
         ),
     );
     let built = json!({
-        "patches": scene.objects()[0].patches.len(), "accel": structure, "bytes": bytes, "seconds": times.total(),
+        "patches": scene.objects()[0].faces().len(), "accel": structure, "bytes": bytes, "seconds": times.total(),
     });
     let (width, random) = if arguments.quick { (256, 1 << 14) } else { (1024, 1 << 18) };
     for set in ray_sets(&object.subject, &scene, width, random) {

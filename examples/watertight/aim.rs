@@ -1,7 +1,7 @@
 //! Points that are surely inside a solid, and points of its borders.
 
 use glam::{DVec2, DVec3};
-use trimray::patch::TrimmedPatch;
+use trimray::patch::Face;
 use trimray::random::SplitMix64;
 
 use super::solids::Solid;
@@ -80,21 +80,21 @@ pub(crate) struct Aims<'a> {
 impl<'a> Aims<'a> {
     /// Finds balls in the solid below all of its surface, at all depths.
     pub(crate) fn new(solid: &'a Solid, random: &mut Random) -> Self {
-        let patches = &solid.scene.objects()[0].patches;
-        let loops = |(patch, trimmed): (usize, &TrimmedPatch)| {
-            (0..trimmed.trim.loops().len()).map(move |trim_loop| (patch, trim_loop)).collect::<Vec<_>>()
+        let patches = solid.scene.objects()[0].faces();
+        let loops = |(patch, trimmed): (usize, &Face)| {
+            (0..trimmed.region.len()).map(move |trim_loop| (patch, trim_loop)).collect::<Vec<_>>()
         };
         let loops: Vec<_> = patches.iter().enumerate().flat_map(loops).collect();
         let middle = |(patch, trim_loop): (usize, usize)| {
-            let trimmed: &TrimmedPatch = &patches[patch];
-            let corners = trimmed.trim.corners(&trimmed.trim.loops()[trim_loop]);
-            trimmed.frame.point(corners.iter().sum::<DVec2>() / corners.len() as f64)
+            let trimmed: &Face = &patches[patch];
+            let corners = trimmed.region.corners(&trimmed.region.trim_loop(trim_loop));
+            trimmed.chart.place(corners.iter().sum::<DVec2>() / corners.len() as f64).coordinates()
         };
         let mut balls = Vec::new();
         while balls.len() < BALLS {
             let chosen = loops[random.below(loops.len())];
-            let frame = &patches[chosen.0].frame;
-            let inward = -frame.s.cross(frame.t).normalize();
+            let [_, s, t] = patches[chosen.0].chart.coordinates();
+            let inward = -s.cross(t).normalize();
             let depth = solid.radius * libm::pow(10.0, -5.0 * random.unit());
             let centre = middle(chosen) + depth * (inward + 0.5 * random.unit() * random.direction());
             balls.extend(ball(&solid.polygons, centre));
@@ -130,8 +130,8 @@ impl<'a> Aims<'a> {
     /// are halved for the acceleration structure.
     pub(crate) fn target(&self, random: &mut Random) -> Target {
         let piece = self.pieces[random.below(self.pieces.len())];
-        let trimmed = &self.solid.scene.objects()[0].patches[piece.patch];
-        let corners = trimmed.trim.corners(&trimmed.trim.loops()[piece.trim_loop]);
+        let trimmed = &self.solid.scene.objects()[0].faces()[piece.patch];
+        let corners = trimmed.region.corners(&trimmed.region.trim_loop(piece.trim_loop));
         let index = random.below(corners.len());
         let (a, b) = (corners[index], corners[(index + 1) % corners.len()]);
         let st = match random.below(8) {
@@ -139,7 +139,7 @@ impl<'a> Aims<'a> {
             2 => a.midpoint(b),
             3 => a.lerp(b, libm::pow(10.0, -14.0 * random.unit())),
             4 => Some(halving_point(corners, random))
-                .filter(|&st| trimmed.trim.find(st, DVec2::ZERO).is_some())
+                .filter(|&st| trimmed.region.find(st, DVec2::ZERO).is_some())
                 .unwrap_or(b),
             _ => a.lerp(b, random.unit()),
         };

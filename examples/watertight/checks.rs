@@ -257,10 +257,10 @@ impl Checker<'_> {
 
     /// Whether a hit is within rounding of the border of its loop, on either side.
     fn is_at_border(&self, ray: &Ray, hit: &PatchHit) -> bool {
-        let trim = &self.solid.scene.objects()[0].patches[hit.patch as usize].trim;
+        let trim = &self.solid.scene.objects()[0].faces()[hit.patch as usize].region;
         let tolerance = 2.0 * self.solid.scene.st_error(hit, ray) + 1e-12;
-        let own = trim.loops().iter().filter(|trim_loop| trim_loop.polygon == hit.polygon);
-        let corners = own.map(|trim_loop| trim.corners(trim_loop));
+        let own = trim.loops().filter(|trim_loop| trim_loop.polygon == hit.polygon);
+        let corners = own.map(|trim_loop| trim.corners(&trim_loop));
         let mut edges = corners.flat_map(|corners| corners.iter().zip(corners.iter().cycle().skip(1)));
         edges.any(|(&a, &b)| {
             let edge = b - a;
@@ -280,9 +280,9 @@ impl Checker<'_> {
         let from_volume = exact.distance(interaction.position) / diagonal;
         tally.from_ray = tally.from_ray.max(from_ray);
         tally.from_volume = tally.from_volume.max(from_volume);
-        let frame = &scene.objects()[0].patches[hit.patch as usize].frame;
+        let [_, s, t] = scene.objects()[0].faces()[hit.patch as usize].chart.coordinates();
         let error = scene.st_error(hit, ray);
-        let st_error = error.x * frame.s.length() + error.y * frame.t.length();
+        let st_error = error.x * s.length() + error.y * t.length();
         let slide = error.x * interaction.dp_ds.length() + error.y * interaction.dp_dt.length();
         let corners = &self.solid.polygons[hit.polygon as usize];
         let off_polygon = corners[1..]

@@ -88,7 +88,7 @@ fn run(options: &Options) -> Result<bool, String> {
 }
 
 fn run_solid(name: &str, solid: &Solid, options: &Options) -> bool {
-    let patches = solid.scene.objects()[0].patches.len();
+    let patches = solid.scene.objects()[0].faces().len();
     println!("{name}: {} faces, {patches} patches", solid.polygons.len());
     let aims = Aims::new(solid, &mut Random::new(options.seed, u64::MAX));
     let checker = Checker { solid, aims: &aims, farthest: options.farthest };

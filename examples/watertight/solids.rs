@@ -47,8 +47,8 @@ impl Solid {
         let planar: Vec<_> =
             (0..).zip(&polygons).map(|(face, corners)| PlanarPolygon { face, corners }).collect();
         let deformation = Deformation { volume: Some(&volume), frame: FrameChoice::default() };
-        let patches = deform_polygons(&planar, deformation).map_err(|error| error.to_string())?.patches;
-        let object = TracedObject { name: "solid".into(), patches, attributes: Box::new(NoAttributes) };
+        let shell = deform_polygons(&planar, deformation).map_err(|error| error.to_string())?.shell;
+        let object = TracedObject { name: "solid".into(), shell, attributes: Box::new(NoAttributes) };
         let scene = TracedScene::new(vec![object]);
         let [low, high] = scene.bounds();
         Ok(Self { polygons, volume, scene, centre: 0.5 * (low + high), radius: 0.5 * (high - low).length() })

@@ -91,6 +91,10 @@ impl ExactSurface for Cell {
         [margins.inside, margins.strictly]
     }
 
+    fn may_be_torn(&self) -> bool {
+        self.piece.may_be_torn
+    }
+
     fn overlap(&self, low: DVec2, high: DVec2) -> Overlap {
         if !self.has_borders() {
             return Overlap::Whole;

@@ -4,9 +4,8 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use crate::patch::{BezierPatch, PatchPoint};
+use crate::patch::{BezierPatch, Chart, PatchPoint};
 use crate::spline::KnotBox;
-use crate::subdivide::Frame;
 
 use super::choice::{ByValue, Choose, Recorded};
 use super::jet::{Jet, Point};
@@ -49,8 +48,8 @@ impl Chain {
 #[derive(Clone, Debug)]
 pub(super) struct Formula {
     pub(super) base: BezierPatch,
-    /// To the plane of (u, v), for a surface.
-    pub(super) frame: Frame,
+    /// From its unit square to the undeformed object, of a surface to its (u, v).
+    pub(super) chart: Chart,
     pub(super) chain: Arc<Chain>,
     /// How many of the chain's steps are in the patch already.
     pub(super) done: usize,
@@ -66,7 +65,7 @@ impl Formula {
     ) -> Point<T, N> {
         let (s, t) = (Jet::linear(s, [1.0, 0.0]), Jet::linear(t, [0.0, 1.0]));
         let mut point = on_patch(&self.base, &[s, t]);
-        let Frame { origin, s: by_s, t: by_t } = self.frame;
+        let [origin, by_s, by_t] = self.chart.coordinates();
         let uv = [0, 1].map(|axis| s.scale(by_s[axis]).add(&t.scale(by_t[axis])).plus(origin[axis]));
         for step in &self.chain.steps[self.done..steps.max(self.done)] {
             point = step.apply(point, &uv, choose);
@@ -137,6 +136,11 @@ impl Formula {
         let steps = (self.done..).zip(&self.chain.steps[self.done..]);
         let volumes = steps.filter(|(_, step)| matches!(step, Step::Volume(_))).map(|(step, _)| step);
         volumes.zip(recorded.knot_boxes).collect()
+    }
+
+    /// Where (s, t) is on the undeformed object: of a surface its (u, v).
+    pub(super) fn place(&self, st: DVec2) -> DVec2 {
+        self.chart.place(st).coordinates().truncate()
     }
 
     /// How many steps there are.

@@ -21,6 +21,9 @@ pub(super) const MOST_PIECES: usize = 12;
 /// One answer: of a lattice 0 for outside, else 1 and the knot box's number; of a sign 1 for x >= 0, else 0.
 pub(super) type Choice = u32;
 
+/// The answer of a lattice for a place that is outside.
+const OUTSIDE: Choice = 0;
+
 /// Answers which piece is meant.
 pub(super) trait Choose<T> {
     /// The knot box of a place; `None` outside the lattice.
@@ -348,6 +351,8 @@ pub(super) struct Piece {
     pub(super) open: Box<[bool]>,
     /// Whether such an answer depends on a place in a volume, and not on the parameters alone.
     pub(super) open_by_place: bool,
+    /// Whether some of the rectangle is in a volume and some is not: all other pieces meet without a gap.
+    pub(super) may_be_torn: bool,
 }
 
 impl Piece {
@@ -388,6 +393,9 @@ pub(super) fn pieces<R>(mut evaluate: impl FnMut(&mut Possible) -> R) -> Option<
             choices: asked.iter().map(|asked| asked.chosen).collect(),
             open: asked.iter().map(|asked| asked.all.len() > 1).collect(),
             open_by_place: asked.iter().any(|asked| asked.by_place && asked.all.len() > 1),
+            may_be_torn: asked
+                .iter()
+                .any(|asked| asked.by_place && asked.all.len() > 1 && asked.all.contains(&OUTSIDE)),
         };
         found.push((piece, value));
         if found.len() + waiting.len() > MOST_PIECES {

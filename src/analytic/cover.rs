@@ -12,9 +12,12 @@ use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::math::polygon;
-use crate::patch::{BezierPatch, Overlap, TrimBuilder, TrimLoop, TrimRegion, TrimmedPatch};
+use crate::math::polygon::Side;
+use crate::patch::{
+    BezierPatch, Face, LineCuts, LoopCorner, Overlap, Region, RegionBuilder, Shell, TrimLoop, doubled_area,
+};
 use crate::spline::{KnotBox, SplineVolume};
+use crate::subdivide::VertexNumbers;
 
 use super::cell::{Cell, overlap, rectangle};
 use super::chain::{Chain, Formula};
@@ -111,43 +114,44 @@ impl Default for CoverSettings {
     }
 }
 
-/// Patches of a deformed surface.
+/// Faces of a deformed surface.
 #[derive(Clone, Debug, Default)]
 pub struct Covered {
-    /// In the order of the base patches.
-    pub patches: Vec<TrimmedPatch>,
+    /// In the order of the base faces.
+    pub shell: Shell,
     /// Where parts of the surface are: steps with the knot boxes of their volumes; `None` outside a volume.
     pub knot_boxes: BTreeSet<(usize, Option<KnotBox>)>,
 }
 
-/// Makes cells, or patches where degrees allow, of base patches that go through a chain of deformations.
+/// Makes cells, or patches where degrees allow, of base faces that go through a chain of deformations.
 ///
 /// # Errors
 /// Where the formula has no values or no bounds.
-pub fn cover(
-    base: &[TrimmedPatch],
-    chain: &Arc<Chain>,
-    settings: CoverSettings,
-) -> Result<Covered, CoverError> {
-    let size = size(base, chain)?;
-    let covered: Result<Vec<_>, _> =
-        base.par_iter().map(|patch| cover_patch(patch, chain, (size, settings))).collect();
-    let mut all = Covered::default();
-    for Covered { mut patches, knot_boxes } in covered? {
-        all.patches.append(&mut patches);
+pub fn cover(base: &Shell, chain: &Arc<Chain>, settings: CoverSettings) -> Result<Covered, CoverError> {
+    let size = size(base.faces(), chain)?;
+    let numbered: Vec<_> = base.iter().collect();
+    let common = base.numbers().count();
+    let covered: Result<Vec<_>, _> = numbered
+        .par_iter()
+        .map(|face| cover_face(*face, chain, Shell::new(VertexNumbers::new(common)), (size, settings)))
+        .collect();
+    let mut all = Covered { shell: Shell::new(base.numbers().clone()), knot_boxes: BTreeSet::new() };
+    for Covered { shell, knot_boxes } in covered? {
+        all.shell.append(shell, common, |vertex| vertex);
         all.knot_boxes.extend(knot_boxes);
     }
+    all.shell.shrink();
     Ok(all)
 }
 
 /// Diagonal of a box around points of the deformed surface.
-fn size(base: &[TrimmedPatch], chain: &Arc<Chain>) -> Result<f64, CoverError> {
+fn size(base: &[Face], chain: &Arc<Chain>) -> Result<f64, CoverError> {
     let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     for patch in base {
         let formula =
-            Formula { base: patch.patch.clone(), frame: patch.frame, chain: chain.clone(), done: 0 };
-        for trim_loop in patch.trim.loops() {
-            let corners = patch.trim.corners(trim_loop);
+            Formula { base: patch.patch.clone(), chart: patch.chart, chain: chain.clone(), done: 0 };
+        for trim_loop in patch.region.loops() {
+            let corners = patch.region.corners(&trim_loop);
             let middle = corners.iter().sum::<DVec2>() / corners.len() as f64;
             for part in [0.0, 0.25, 0.5, 0.75, 1.0] {
                 for corner in corners {
@@ -166,7 +170,7 @@ fn size(base: &[TrimmedPatch], chain: &Arc<Chain>) -> Result<f64, CoverError> {
 
 /// What is wrong at a place of a formula's base patch.
 fn fault(formula: &Formula, st: DVec2) -> CoverError {
-    let place = formula.frame.point(st).truncate();
+    let place = formula.place(st);
     for step in 0..formula.steps() {
         let made = formula.position_after(st, step + 1);
         if formula.chain.steps()[step].takes_derivatives() {
@@ -184,9 +188,11 @@ fn fault(formula: &Formula, st: DVec2) -> CoverError {
     CoverError::Unbounded { place }
 }
 
-fn cover_patch(
-    base: &TrimmedPatch,
+/// Covers a face, with the vertices of its corners, by the faces of a shell that is empty yet.
+fn cover_face(
+    (base, vertices): (&Face, &[u32]),
     chain: &Arc<Chain>,
+    mut cells: Shell,
     (size, settings): (f64, CoverSettings),
 ) -> Result<Covered, CoverError> {
     let mut base = base.clone();
@@ -197,14 +203,15 @@ fn cover_patch(
         let Some((patch, knot_box)) = composed else { break };
         knot_boxes.insert((done, Some(knot_box)));
         let boundary_error = base.boundary_error * volume.lipschitz_bound();
-        base = base.replaced(base.frame, patch, base.trim.clone(), (boundary_error, None));
+        base = base.replaced(base.chart, patch, base.region.clone(), (boundary_error, None));
         done += 1;
     }
     if done == chain.steps().len() {
-        return Ok(Covered { patches: vec![base], knot_boxes });
+        cells.push(base, vertices);
+        return Ok(Covered { shell: cells, knot_boxes });
     }
     let stretch: f64 = chain.steps()[done..].iter().map(Step::lipschitz_bound).product();
-    let formula = Formula { base: base.patch.clone(), frame: base.frame, chain: chain.clone(), done };
+    let formula = Formula { base: base.patch.clone(), chart: base.chart, chain: chain.clone(), done };
     let mut cover = Cover {
         boundary_error: if base.boundary_error > 0.0 { base.boundary_error * stretch } else { 0.0 },
         base,
@@ -213,9 +220,17 @@ fn cover_patch(
         cells: Vec::new(),
         knot_boxes,
     };
-    let parts: Vec<_> = cover.base.trim.loops().iter().map(|l| LoopPart::of(&cover.base.trim, l)).collect();
-    cover.split([DVec2::ZERO, DVec2::ONE], [0, 0], &parts)?;
-    Ok(Covered { patches: cover.cells, knot_boxes: cover.knot_boxes })
+    let part = |trim_loop: TrimLoop| {
+        let corners = cover.base.region.numbered_corners(&trim_loop, vertices).collect();
+        LoopPart { polygon: trim_loop.polygon, face: trim_loop.face, corners }
+    };
+    let parts: Vec<_> = cover.base.region.loops().map(part).collect();
+    let mut cuts = LineCuts::new(cells.numbers_mut());
+    cover.split([DVec2::ZERO, DVec2::ONE], [0, 0], &parts, &mut cuts)?;
+    for (cell, vertices) in cover.cells {
+        cells.push(cell, &vertices);
+    }
+    Ok(Covered { shell: cells, knot_boxes: cover.knot_boxes })
 }
 
 /// A patch in one knot box, composed with the volume's piece, if the degrees are modest: its degrees times the sum of the
@@ -249,11 +264,12 @@ fn composed(patch: &BezierPatch, volume: &SplineVolume) -> Option<(BezierPatch, 
 
 /// A base patch being covered.
 struct Cover {
-    base: TrimmedPatch,
+    base: Face,
     formula: Arc<Formula>,
     boundary_error: f64,
     size: f64,
-    cells: Vec<TrimmedPatch>,
+    /// With the vertices of their corners.
+    cells: Vec<(Face, Vec<u32>)>,
     knot_boxes: BTreeSet<(usize, Option<KnotBox>)>,
 }
 
@@ -270,12 +286,13 @@ impl Cover {
         rectangle: [DVec2; 2],
         halvings: [u32; 2],
         parts: &[LoopPart],
+        cuts: &mut LineCuts<'_>,
     ) -> Result<(), CoverError> {
-        let parts: Vec<_> = parts.iter().filter_map(|part| part.clipped(rectangle)).collect();
+        let parts: Vec<_> = parts.iter().filter_map(|part| part.clipped(rectangle, cuts)).collect();
         if parts.is_empty() {
             return Ok(());
         }
-        let trim = &local_trim(&parts, rectangle);
+        let region = &local_region(&parts, rectangle);
         let discs = discs(rectangle);
         let mut axis = usize::from(halvings[1] < halvings[0]);
         let found = pieces(|possible| self.formula.range(discs, possible));
@@ -299,7 +316,11 @@ impl Cover {
                     if found.len() == 1 || self.occurs(piece, rectangle, SEARCH_HALVINGS) {
                         let [low, high] = rectangle;
                         let (formula, piece) = (self.formula.clone(), piece.clone());
-                        self.push(Cell { formula, low, size: high - low, piece, error, leads }, degree, trim);
+                        self.push(
+                            Cell { formula, low, size: high - low, piece, error, leads },
+                            degree,
+                            region,
+                        );
                         leads = false;
                     }
                 }
@@ -309,21 +330,21 @@ impl Cover {
         let [low, high] = rectangle;
         let middle = 0.5 * (low + high);
         if self.cells.len() >= MAX_CELLS {
-            let place = self.formula.frame.point(middle).truncate();
+            let place = self.formula.place(middle);
             return Err(CoverError::TooMany { place });
         }
         if halvings[axis] == MAX_HALVINGS {
             axis = 1 - axis;
         }
         if halvings[axis] == MAX_HALVINGS {
-            return self.push_point(rectangle, trim);
+            return self.push_point(rectangle, region);
         }
         let mut halvings = halvings;
         halvings[axis] += 1;
         let (mut first, mut second) = (high, low);
         (first[axis], second[axis]) = (middle[axis], middle[axis]);
-        self.split([low, first], halvings, &parts)?;
-        self.split([second, high], halvings, &parts)
+        self.split([low, first], halvings, &parts, cuts)?;
+        self.split([second, high], halvings, &parts, cuts)
     }
 
     /// The least degrees that are accurate, by the discs from the second on of a piece's range.
@@ -377,13 +398,13 @@ impl Cover {
         }
     }
 
-    fn push(&mut self, cell: Cell, degree: [usize; 2], trim: &TrimRegion) {
+    fn push(&mut self, cell: Cell, degree: [usize; 2], region: &(Region, Vec<u32>)) {
         let point = |st: DVec2| {
             self.formula.position(cell.low + st * cell.size, &mut cell.piece.listed()).extend(1.0)
         };
         let Interpolant { control_points, residual } = interpolate(degree, point);
         let rounding = 3_f64.sqrt() * lebesgue(degree[0]) * lebesgue(degree[1]) * residual;
-        self.add(cell, degree, (control_points, rounding), trim);
+        self.add(cell, degree, (control_points, rounding), region);
     }
 
     /// Whether a point of a cell is outside the volume of a step.
@@ -397,7 +418,7 @@ impl Cover {
     }
 
     /// A rectangle that is as small as a point.
-    fn push_point(&mut self, [low, high]: [DVec2; 2], trim: &TrimRegion) -> Result<(), CoverError> {
+    fn push_point(&mut self, [low, high]: [DVec2; 2], region: &(Region, Vec<u32>)) -> Result<(), CoverError> {
         let middle = 0.5 * (low + high);
         let formula = self.formula.clone();
         let found = pieces(|possible| formula.range(discs([low, high]), possible));
@@ -420,7 +441,7 @@ impl Cover {
         if corners.iter().any(|corner| !corner.is_finite()) {
             return Err(fault(&formula, middle));
         }
-        self.add(cell, [1, 1], (corners.to_vec(), 0.0), trim);
+        self.add(cell, [1, 1], (corners.to_vec(), 0.0), region);
         Ok(())
     }
 
@@ -429,7 +450,7 @@ impl Cover {
         mut cell: Cell,
         degree: [usize; 2],
         (control_points, rounding): (Vec<DVec4>, f64),
-        trim: &TrimRegion,
+        region: &(Region, Vec<u32>),
     ) {
         cell.error += rounding + self.formula.rounding(magnitude(&control_points));
         let middle = cell.low + 0.5 * cell.size;
@@ -440,9 +461,10 @@ impl Cover {
         }
         let control_points = control_points.iter().map(|point| point.with_w(1.0)).collect();
         let patch = BezierPatch::new(degree, control_points);
-        let frame = self.base.frame.restricted(cell.low, cell.low + cell.size);
+        let chart = self.base.chart.restricted(cell.low, cell.low + cell.size);
         let exact = (self.boundary_error, Some(Arc::new(cell) as Arc<_>));
-        self.cells.push(self.base.replaced(frame, patch, trim.clone(), exact));
+        let (region, vertices) = region.clone();
+        self.cells.push((self.base.replaced(chart, patch, region, exact), vertices));
     }
 }
 
@@ -475,27 +497,33 @@ const _: () = assert!(2 * REACHES.len() < SIZES);
 struct LoopPart {
     polygon: u32,
     face: u32,
-    corners: Vec<DVec2>,
+    corners: Vec<LoopCorner>,
 }
 
 impl LoopPart {
-    fn of(trim: &TrimRegion, trim_loop: &TrimLoop) -> Self {
-        Self { polygon: trim_loop.polygon, face: trim_loop.face, corners: trim.corners(trim_loop).to_vec() }
-    }
-
     /// What of it is in a rectangle, if that has an area.
-    fn clipped(&self, rectangle: [DVec2; 2]) -> Option<Self> {
-        let corners = polygon::clip_to_rectangle(&self.corners, rectangle);
-        let has_area = corners.len() >= 3 && polygon::doubled_area(&corners) > 0.0;
+    fn clipped(&self, rectangle: [DVec2; 2], cuts: &mut LineCuts<'_>) -> Option<Self> {
+        let (mut corners, mut kept) = (self.corners.clone(), Vec::new());
+        for axis in 0..2 {
+            for (end, side) in rectangle.iter().zip([Side::Above, Side::Below]) {
+                let line = [axis as u64, end[axis].to_bits()];
+                cuts.clip(&corners, (axis, end[axis], side), line, &mut kept);
+                std::mem::swap(&mut corners, &mut kept);
+            }
+        }
+        let has_area = corners.len() >= 3 && doubled_area(&corners) > 0.0;
         has_area.then_some(Self { corners, ..*self })
     }
 }
 
-/// The trim of parts in a rectangle, whose unit square it is in.
-fn local_trim(parts: &[LoopPart], [low, high]: [DVec2; 2]) -> TrimRegion {
-    let mut builder = TrimBuilder::default();
+/// The region of parts in a rectangle, whose unit square it is in, with the vertices of its corners.
+fn local_region(parts: &[LoopPart], [low, high]: [DVec2; 2]) -> (Region, Vec<u32>) {
+    let mut builder = RegionBuilder::default();
     for part in parts {
-        let local = part.corners.iter().map(|&st| ((st - low) / (high - low)).clamp(DVec2::ZERO, DVec2::ONE));
+        let local = part.corners.iter().map(|&LoopCorner { st, vertex }| LoopCorner {
+            st: ((st - low) / (high - low)).clamp(DVec2::ZERO, DVec2::ONE),
+            vertex,
+        });
         builder.push(part.polygon, part.face, local);
     }
     builder.finish()

@@ -9,7 +9,7 @@ use num_complex::Complex64 as Complex;
 use super::jet::Jet;
 use super::{Chain, CoverSettings, Expression, Extension, ExtensionMode, Field, Region, Step, cover};
 use crate::analytic::choice::ByValue;
-use crate::patch::{BezierPatch, TrimmedPatch};
+use crate::patch::{BezierPatch, Chart, Face, Shell};
 use crate::spline::SplineVolume;
 use crate::subdivide::Frame;
 use crate::test_support::{Noise, random_volume};
@@ -252,9 +252,9 @@ fn unit_frame() -> Frame {
     Frame { origin: DVec3::ZERO, s: DVec3::X, t: DVec3::Y }
 }
 
-fn covered(base: &BezierPatch, steps: Vec<Step>) -> Vec<TrimmedPatch> {
-    let base = [TrimmedPatch::untrimmed(unit_frame(), base.clone())];
-    cover(&base, &Arc::new(Chain::new(steps)), CoverSettings::default()).unwrap().patches
+fn covered(base: &BezierPatch, steps: Vec<Step>) -> Vec<Face> {
+    let base = Shell::from(vec![Face::untrimmed(Chart::Plane(unit_frame()), base.clone())]);
+    cover(&base, &Arc::new(Chain::new(steps)), CoverSettings::default()).unwrap().shell.into_faces()
 }
 
 fn real(point: Point) -> DVec3 {
@@ -273,7 +273,7 @@ fn cells_are_their_formulas() {
             let exact = patch.exact.as_ref().expect("these degrees are not modest");
             for _ in 0..20 {
                 let st = DVec2::new(noise.next() + 0.5, noise.next() + 0.5);
-                let uv = patch.frame.point(st);
+                let uv = patch.chart.place(st).coordinates();
                 if !exact.holds(st, DVec2::ZERO) {
                     continue;
                 }
@@ -283,8 +283,10 @@ fn cells_are_their_formulas() {
                 let off = point.position.distance(real(plain(u, v)));
                 assert!(off < 1e-14, "{name}: position off by {off:e} at {uv}");
                 let small = Complex::new(0.0, STEP);
-                let by_u = DVec3::from_array(plain(u + small, v).map(|x| x.im / STEP)) * patch.frame.s.x;
-                let by_v = DVec3::from_array(plain(u, v + small).map(|x| x.im / STEP)) * patch.frame.t.y;
+                let by_u = DVec3::from_array(plain(u + small, v).map(|x| x.im / STEP))
+                    * patch.chart.coordinates()[1].x;
+                let by_v = DVec3::from_array(plain(u, v + small).map(|x| x.im / STEP))
+                    * patch.chart.coordinates()[2].y;
                 for (got, want) in [(point.dp_ds, by_u), (point.dp_dt, by_v)] {
                     assert!((got - want).length() < 1e-12 * want.length(), "{name}: {got} {want} at {uv}");
                 }
@@ -311,8 +313,10 @@ fn every_place_is_in_one_piece() {
             let uv = DVec2::new(noise.next() + 0.5, noise.next() + 0.5);
             let mut owners = 0;
             for patch in &patches {
-                let (origin, size) =
-                    (patch.frame.origin.truncate(), DVec2::new(patch.frame.s.x, patch.frame.t.y));
+                let (origin, size) = (
+                    patch.chart.coordinates()[0].truncate(),
+                    DVec2::new(patch.chart.coordinates()[1].x, patch.chart.coordinates()[2].y),
+                );
                 let st = (uv - origin) / size;
                 if st.cmplt(DVec2::ZERO).any() || st.cmpgt(DVec2::ONE).any() {
                     continue;
@@ -354,7 +358,7 @@ fn fields_of_the_surface_are_its_normal_and_tangents() {
             if field == Field::Normal { base.eval(DVec2::splat(0.5)).normal().z.signum() } else { 1.0 };
         for patch in &patches {
             for st in [DVec2::ZERO, DVec2::new(0.3, 0.8), DVec2::ONE] {
-                let st_of_base = patch.frame.point(st).truncate();
+                let st_of_base = patch.chart.place(st).coordinates().truncate();
                 let point = base.eval(st_of_base).position;
                 let moved = |point: DVec3, h: f64| point + sign * libm::expm1(h) * along(point).normalize();
                 let first = moved(point, 0.3);
@@ -379,8 +383,8 @@ fn tangents_follow_u_and_v_in_any_frame() {
     // a patch whose s runs against v and whose t runs along u
     let plane = |st: DVec2| DVec3::new(st.y, 0.0, 1.0 - st.x);
     let corners = [DVec2::ZERO, DVec2::Y, DVec2::X, DVec2::ONE].map(|st| plane(st).extend(1.0));
-    let base = TrimmedPatch::untrimmed(
-        Frame { origin: DVec3::Y, s: DVec3::NEG_Y, t: DVec3::X },
+    let base = Face::untrimmed(
+        Chart::Plane(Frame { origin: DVec3::Y, s: DVec3::NEG_Y, t: DVec3::X }),
         BezierPatch::new([1, 1], corners.to_vec()),
     );
     for (field, along) in
@@ -389,10 +393,10 @@ fn tangents_follow_u_and_v_in_any_frame() {
         let extension =
             Extension::new(ExtensionMode::Field(field.clone()), vec![region("-1", 2, diagonal(0.5))]);
         let chain = Arc::new(Chain::new(vec![Step::Extension(extension)]));
-        let covered = cover(std::slice::from_ref(&base), &chain, CoverSettings::default()).unwrap();
-        for patch in &covered.patches {
+        let covered = cover(&Shell::from(vec![base.clone()]), &chain, CoverSettings::default()).unwrap();
+        for patch in covered.shell.faces() {
             let st = DVec2::new(0.3, 0.6);
-            let uv = patch.frame.point(st);
+            let uv = patch.chart.place(st).coordinates();
             let want = DVec3::new(uv.x, 0.0, uv.y) + libm::expm1(0.5) * along;
             assert!(patch.eval(st).position.distance(want) < 1e-14, "{field:?}");
         }
@@ -415,8 +419,9 @@ fn contact_is_of_the_order_of_the_index() {
                 let (sin, cos) = (libm::sin(angle), libm::cos(angle));
                 let uv = DVec2::splat(0.5) + (0.3 - distance) * DVec2::new(cos, sin);
                 let deformed = patches.iter().filter_map(|patch| {
-                    let origin = patch.frame.origin.truncate();
-                    let st = (uv - origin) / DVec2::new(patch.frame.s.x, patch.frame.t.y);
+                    let origin = patch.chart.coordinates()[0].truncate();
+                    let st = (uv - origin)
+                        / DVec2::new(patch.chart.coordinates()[1].x, patch.chart.coordinates()[2].y);
                     let inside = st.cmpge(DVec2::ZERO).all() && st.cmple(DVec2::ONE).all();
                     (inside && patch.holds(st, DVec2::ZERO)).then(|| patch.eval(st).position)
                 });
@@ -451,8 +456,12 @@ fn contact_is_of_the_order_of_the_index() {
 fn numbers_are_the_first_terms_of_higher_orders() {
     // orders up to 1 take another way
     for Case { name, base, steps, .. } in cases() {
-        let formula =
-            super::chain::Formula { base, frame: unit_frame(), chain: Arc::new(Chain::new(steps)), done: 0 };
+        let formula = super::chain::Formula {
+            base,
+            chart: Chart::Plane(unit_frame()),
+            chain: Arc::new(Chain::new(steps)),
+            done: 0,
+        };
         let mut noise = Noise(13);
         for _ in 0..50 {
             let st = DVec2::new(noise.next() + 0.5, noise.next() + 0.5);

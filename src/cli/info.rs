@@ -9,7 +9,6 @@ use serde::Serialize;
 
 use trimray::export::to_json;
 use trimray::model::{BuiltLattice, TriangularCounts};
-use trimray::patch::TrimmedPatch;
 use trimray::scene::{BuiltScene, ObjectDescription, SceneDescription};
 use trimray::spline::{Orientation, orientation};
 
@@ -50,6 +49,8 @@ struct ObjectInfo {
     certified_error: f64,
     lattice: Option<Lattice>,
     lattices: Vec<Lattice>,
+    /// Whether the object bounds solids: every edge has a face on either side.
+    closed: bool,
     injective: bool,
     fold_overs: usize,
     bounds: [[f64; 3]; 2],
@@ -115,7 +116,7 @@ fn gather(scene: &SceneDescription, built: &BuiltScene) -> Result<Info, CliError
 fn object_info(built: &BuiltScene, object: usize, description: &ObjectDescription) -> ObjectInfo {
     let (traced, made) = (&built.traced.objects()[object], &built.objects[object]);
     let mut degrees: BTreeMap<String, usize> = BTreeMap::new();
-    for patch in &traced.patches {
+    for patch in traced.faces() {
         let [m, n] = patch.patch.degree();
         *degrees.entry(format!("{m}x{n}")).or_default() += 1;
     }
@@ -123,16 +124,16 @@ fn object_info(built: &BuiltScene, object: usize, description: &ObjectDescriptio
     let lattice =
         |built: &BuiltLattice| Lattice { degree: built.volume.degree(), points: built.volume.points() };
     let lattices: Vec<_> = made.lattices.iter().map(lattice).collect();
-    let cells = traced.patches.iter().filter_map(|patch| patch.exact.as_ref());
+    let cells = traced.faces().iter().filter_map(|patch| patch.exact.as_ref());
     ObjectInfo {
         name: traced.name.clone(),
         method: description.method.to_string(),
         faces: made.notes.faces,
         triangles: made.notes.triangles,
         subpolygons: made.subpolygons,
-        patches: traced.patches.len(),
+        patches: traced.faces().len(),
         degrees,
-        control_points: traced.patches.iter().map(|patch| patch.patch.control_points().len()).sum(),
+        control_points: traced.faces().iter().map(|patch| patch.patch.control_points().len()).sum(),
         triangular: made.triangular.map(|TriangularCounts { patches, control_points, bytes }| Triangular {
             patches,
             control_points,
@@ -142,10 +143,11 @@ fn object_info(built: &BuiltScene, object: usize, description: &ObjectDescriptio
         certified_error: cells.map(|exact| exact.error()).fold(0.0, f64::max),
         lattice: lattices.first().copied(),
         lattices,
+        closed: traced.shell.topology().is_closed(),
         injective: folds.iter().all(|(injective, _)| *injective),
         fold_overs: folds.iter().map(|(_, fold_overs)| fold_overs).sum(),
         bounds: built.traced.object_bounds(object).map(|corner| corner.to_array()),
-        bytes: traced.patches.iter().map(TrimmedPatch::bytes).sum(),
+        bytes: traced.shell.bytes(),
         notes: made
             .notes
             .to_string()
@@ -208,6 +210,7 @@ fn table(info: &Info) -> String {
             };
             line("  injective", folds);
         }
+        line("  closed", if object.closed { "yes" } else { "no" }.to_owned());
         let [low, high] = object.bounds.map(|p| format!("({:.6}, {:.6}, {:.6})", p[0], p[1], p[2]));
         line("  bounds", format!("{low} to {high}"));
         line("  memory", format!("{} bytes", object.bytes));

@@ -175,7 +175,7 @@ impl Comparing<'_> {
         let started = Instant::now();
         let deviation = self.deviation(scene, built)?;
         let seconds = Seconds { build, render, deviation: started.elapsed().as_secs_f64() };
-        let patches = self.objects.iter().map(|&index| built.traced.objects()[index].patches.len()).sum();
+        let patches = self.objects.iter().map(|&index| built.traced.objects()[index].faces().len()).sum();
         let is_exact = method.is_exact();
         let silhouette = if method == Representation::Exact {
             Some(SilhouetteError::default())
@@ -218,7 +218,7 @@ impl Comparing<'_> {
             let found = if scene.objects[index].method.is_exact() {
                 Ok(rounding(built, index))
             } else {
-                let patches = [self.exact, built].map(|built| &built.traced.objects()[index].patches);
+                let patches = [self.exact, built].map(|built| built.traced.objects()[index].faces());
                 deviation(patches[0], patches[1], self.cancel)
             };
             let found = match found {
@@ -244,14 +244,14 @@ fn rounding(built: &BuiltScene, index: usize) -> Deviation {
     let volumes = &built.objects[index].lattices;
     let mut found = Deviation::default();
     let (mut sum, mut count) = (0.0, 0.0);
-    for patch in &built.traced.objects()[index].patches {
+    for patch in built.traced.objects()[index].faces() {
         // of what is no Bézier patch the proven bound
         if patch.exact.is_some() || volumes.is_empty() {
             found.max = found.max.max(patch.error());
             continue;
         }
-        for trim_loop in patch.trim.loops() {
-            let corners = patch.trim.corners(trim_loop);
+        for trim_loop in patch.region.loops() {
+            let corners = patch.region.corners(&trim_loop);
             for k in 1..corners.len() - 1 {
                 for (i, j) in (0..=CHECKS).flat_map(|i| (0..=CHECKS - i).map(move |j| (i, j))) {
                     let [v, w] = [i, j].map(|n| n as f64 / CHECKS as f64);
@@ -265,7 +265,7 @@ fn rounding(built: &BuiltScene, index: usize) -> Deviation {
                         };
                         volumes.fold(moved, |p, volume| volume.eval(p).map_or(p, |point| point.position))
                     };
-                    let off = patch.eval(st).position.distance(place(patch.frame.point(st)));
+                    let off = patch.eval(st).position.distance(place(patch.chart.place(st).coordinates()));
                     found.max = found.max.max(off);
                     sum += off;
                     count += 1.0;

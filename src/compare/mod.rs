@@ -64,13 +64,10 @@ pub struct Bytes {
 impl Bytes {
     fn used_by(built: &BuiltScene, deformed: &[usize], is_exact: bool) -> Self {
         let objects = built.traced.objects();
-        let geometry = objects.iter().flat_map(|object| &object.patches).map(|patch| patch.bytes()).sum();
-        let patches = deformed.iter().flat_map(|&index| &objects[index].patches);
+        let geometry = objects.iter().map(|object| object.shell.bytes()).sum();
+        let patches = deformed.iter().flat_map(|&index| objects[index].faces());
         let plain = patches.map(|patch| match is_exact {
-            true => {
-                patch.patch.control_points().len() * 24
-                    + patch.trim.loops().iter().map(|l| patch.trim.corners(l).len() * 16).sum::<usize>()
-            }
+            true => patch.patch.control_points().len() * 24 + patch.region.all_corners().len() * 16,
             // a mesh has half as many vertices as triangles
             false => 12 + 6,
         });

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::triangle;
 use crate::math::bounds;
-use crate::patch::TrimmedPatch;
+use crate::patch::Face;
 use crate::trace::BoxTree;
 
 /// A flat triangle.
@@ -26,14 +26,14 @@ pub(super) struct FlatMesh {
 }
 
 impl Facet {
-    fn of(patch: &TrimmedPatch) -> Self {
+    fn of(patch: &Face) -> Self {
         let points: Vec<_> = patch.patch.positions().collect();
         let corners = [points[0], points[2], points[1]];
-        let frame = &patch.frame;
+        let [origin, s, t] = patch.chart.coordinates();
         Self {
             corners,
-            rest: [frame.origin, frame.origin + frame.s, frame.origin + frame.t],
-            face: patch.trim.loops()[0].face,
+            rest: [origin, origin + s, origin + t],
+            face: patch.region.trim_loop(0).face,
             normal: (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero(),
         }
     }
@@ -60,7 +60,7 @@ impl Facet {
 
 impl FlatMesh {
     /// Of patches as [`crate::patch::Facet::patch`] makes them.
-    pub(super) fn new(patches: &[TrimmedPatch]) -> Self {
+    pub(super) fn new(patches: &[Face]) -> Self {
         let facets: Vec<_> = patches.iter().map(Facet::of).collect();
         let boxes: Vec<_> = facets.iter().map(Facet::bounds).collect();
         Self { tree: BoxTree::build(&boxes), facets }

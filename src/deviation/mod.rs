@@ -21,7 +21,7 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::patch::TrimmedPatch;
+use crate::patch::Face;
 use flat::FlatMesh;
 use search::Search;
 use surface::Surface;
@@ -72,8 +72,8 @@ pub enum DeviationError {
 /// # Errors
 /// If the triangles do not stand for the whole surface once, if certainty takes too long, or on `cancel`.
 pub fn deviation(
-    exact: &[TrimmedPatch],
-    triangles: &[TrimmedPatch],
+    exact: &[Face],
+    triangles: &[Face],
     cancel: &AtomicBool,
 ) -> Result<Deviation, DeviationError> {
     let (surface, mesh) = (Surface::new(exact), FlatMesh::new(triangles));

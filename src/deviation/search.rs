@@ -144,8 +144,11 @@ impl<'a> Search<'a> {
             return Err(DeviationError::NotWhole { share: covered / whole });
         }
         let mut level = Level { found: self.first_distance(&measured), rounding: self.rounding };
-        let outcomes: Vec<Outcome> =
-            (0..count).into_par_iter().map(|index| self.search(index, level)).collect();
+        let mut outcomes: Vec<Outcome> = (0..count)
+            .into_par_iter()
+            .map(|index| self.search(index, self.sections(index).0, level))
+            .collect();
+        outcomes.par_extend(self.surface.poles().into_par_iter().map(|sheet| self.search_pole(sheet, level)));
         self.check_cancel()?;
         level.found = outcomes.iter().map(|outcome| outcome.level.found).fold(level.found, f64::max);
         let bound = outcomes.iter().map(|outcome| outcome.bound).fold(level.enough(), f64::max);
@@ -159,7 +162,8 @@ impl<'a> Search<'a> {
         if self.cancel.load(Ordering::Relaxed) { Err(DeviationError::Interrupted) } else { Ok(()) }
     }
 
-    /// The sections of a flat triangle, its part over each leading sheet as triangles, and their share of it.
+    /// The sections of a flat triangle, its part over each leading sheet as triangles, and the share of it over those without a
+    /// pole.
     fn sections(&self, index: usize) -> (Vec<Section>, f64) {
         let facet = &self.mesh.facets[index];
         let mut sections = Vec::with_capacity(4);
@@ -183,7 +187,7 @@ impl<'a> Search<'a> {
                 let share = ((q - p).perp_dot(r - p) / whole).abs();
                 // of what rounding leaves on a border
                 if share > 1e-12 {
-                    covered += share;
+                    covered += if self.surface.sheets[sheet].has_pole { 0.0 } else { share };
                     sections.push(Section { sheet, corners });
                 }
             }
@@ -287,9 +291,8 @@ impl<'a> Search<'a> {
     }
 
     /// The greatest distance of a triangle's part of the surface, and of the triangle itself, if it is above the one known.
-    fn search(&self, index: usize, level: Level) -> Outcome {
+    fn search(&self, index: usize, sections: Vec<Section>, level: Level) -> Outcome {
         let facet = &self.mesh.facets[index];
-        let (sections, _) = self.sections(index);
         let mut open: Vec<_> = sections.iter().flat_map(|section| self.on_siblings(section)).collect();
         let mut outcome = Outcome { level, bound: 0.0 };
         if self.cancel.load(Ordering::Relaxed) {
@@ -343,6 +346,24 @@ impl<'a> Search<'a> {
             open.extend(self.quarters(&section));
         }
         self.search_triangle(sections, outcome)
+    }
+
+    /// The greatest distance of a sheet that is not wholly under triangles, for some of them have no area.
+    fn search_pole(&self, sheet: usize, level: Level) -> Outcome {
+        let corners = self.surface.sheets[sheet].corners;
+        let middle = corners.iter().sum::<DVec2>() / corners.len() as f64;
+        let Some(index) =
+            self.mesh.nearest(self.surface.sheets[sheet].place(middle).position, f64::INFINITY).1
+        else {
+            return Outcome { level, bound: f64::INFINITY };
+        };
+        // its own points stand for the triangles: these are searched by themselves
+        let corner = |st: DVec2| {
+            let exact = self.surface.sheets[sheet].place(st);
+            Corner { exact, flat: exact.position }
+        };
+        let fan = (1..corners.len() - 1).map(|i| [corners[0], corners[i], corners[i + 1]].map(corner));
+        self.search(index, fan.map(|corners| Section { sheet, corners }).collect(), level)
     }
 
     /// A section on all sheets over its loop.

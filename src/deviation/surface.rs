@@ -7,12 +7,19 @@ use glam::{DVec2, DVec3, DVec4};
 use super::order::ByValue;
 use super::triangle;
 use crate::math::{bounds, polygon};
-use crate::patch::{BezierPatch, Overlap, TrimmedPatch};
+use crate::patch::{BezierPatch, Face, Overlap};
 use crate::trace::BoxTree;
 
 /// How far a point may be from a sheet's plane before the deformation, in parts of the object's size then: sheets are moved
 /// into shared planes by less than this.
 const SAME_PLANE: f64 = 1e-9;
+
+/// Strips of a sheet along a curved border that are no wider than this, in parameters, count as the sheet beyond: above the
+/// width within which a lattice takes places beside its box for inside, in the parameters of a small cell.
+const STRIP: f64 = 1e-9;
+
+/// A side whose points are no farther apart than this, in parts of the patch's size, is a point.
+const POINT: f64 = 1e-12;
 
 /// Steps of Newton's method toward the nearest point of a sheet.
 const STEPS: usize = 3;
@@ -36,12 +43,14 @@ struct Siblings {
 #[derive(Debug)]
 pub(super) struct Sheet<'a> {
     siblings: Siblings,
-    patch: &'a TrimmedPatch,
+    patch: &'a Face,
     pub(super) corners: &'a [DVec2],
     face: u32,
     /// The parameters of a point of the frame's plane are its products with these, from the origin.
     dual: [DVec3; 2],
     normal: DVec3,
+    /// Whether a side of it is a point: the triangles that stand for it there have no area and may be missing.
+    pub(super) has_pole: bool,
     /// Bounds of the second partials by s twice, by both, and by t twice, over the loop's bounding rectangle.
     second: [f64; 3],
 }
@@ -60,20 +69,24 @@ pub(super) struct Surface<'a> {
     by_rest: BoxTree,
     by_position: BoxTree,
     same_plane: f64,
-    /// Bound on how far the patches are from the true surface.
+    /// Bound on how far the patches are from the true surface, and on what curved borders are off.
     pub(super) error: f64,
 }
 
 impl<'a> Surface<'a> {
-    pub(super) fn new(patches: &'a [TrimmedPatch]) -> Self {
+    pub(super) fn new(patches: &'a [Face]) -> Self {
         let mut sheets = Vec::with_capacity(patches.len());
         // a patch that leads, and those that share its rectangle
         for together in patches.chunk_by(|_, next| !next.leads()) {
-            let (start, stride) = (sheets.len(), together[0].trim.loops().len());
+            let (start, stride) = (sheets.len(), together[0].region.len());
             for patch in together {
-                for (number, trim_loop) in patch.trim.loops().iter().enumerate() {
+                for (number, trim_loop) in patch.region.loops().enumerate() {
                     let siblings = Siblings { first: start + number, stride, count: together.len() };
-                    sheets.push(Sheet::new(patch, (patch.trim.corners(trim_loop), trim_loop.face), siblings));
+                    sheets.push(Sheet::new(
+                        patch,
+                        (patch.region.corners(&trim_loop), trim_loop.face),
+                        siblings,
+                    ));
                 }
             }
         }
@@ -84,18 +97,25 @@ impl<'a> Surface<'a> {
             by_rest: BoxTree::build(&rest_boxes),
             by_position: BoxTree::build(&boxes),
             same_plane: SAME_PLANE * (high - low).length(),
-            error: patches.iter().map(TrimmedPatch::error).fold(0.0, f64::max),
+            error: patches.iter().map(Face::error).fold(0.0, f64::max)
+                + sheets.iter().map(Sheet::strip_width).fold(0.0, f64::max),
             sheets,
         }
     }
 
-    /// Area before the deformation.
+    /// Area before the deformation, less that of sheets with a pole.
     pub(super) fn rest_area(&self) -> f64 {
         let area = |sheet: &Sheet<'_>| {
-            let frame = &sheet.patch.frame;
-            0.5 * polygon::doubled_area(sheet.corners) * frame.s.cross(frame.t).length()
+            let [_, s, t] = sheet.patch.chart.coordinates();
+            0.5 * polygon::doubled_area(sheet.corners) * s.cross(t).length()
         };
-        self.sheets.iter().filter(|sheet| sheet.patch.leads()).map(area).sum()
+        self.sheets.iter().filter(|sheet| sheet.patch.leads() && !sheet.has_pole).map(area).sum()
+    }
+
+    /// Leading sheets of which a side is a point.
+    pub(super) fn poles(&self) -> Vec<usize> {
+        let is_pole = |index: &usize| self.sheets[*index].has_pole && self.sheets[*index].patch.leads();
+        (0..self.sheets.len()).filter(is_pole).collect()
     }
 
     /// All sheets over the same loop as one, itself included.
@@ -217,28 +237,40 @@ fn keep_nearer(nearest: &mut (f64, Option<usize>), distance: f64, sheet: usize) 
     }
 }
 
+/// Whether a side of a loop is a point, within rounding.
+fn has_pole(patch: &BezierPatch, corners: &[DVec2]) -> bool {
+    let [low, high] = patch.hull_bounds();
+    let rounding = POINT * (high - low).length();
+    (0..corners.len()).any(|i| {
+        let [from, to] = [corners[i], corners[(i + 1) % corners.len()]];
+        let at = |part: f64| patch.eval(from.lerp(to, part)).position;
+        at(0.0).distance(at(1.0)) <= rounding && at(0.0).distance(at(0.5)) <= rounding
+    })
+}
+
 impl<'a> Sheet<'a> {
-    fn new(patch: &'a TrimmedPatch, (corners, face): (&'a [DVec2], u32), siblings: Siblings) -> Self {
-        let (s, t) = (patch.frame.s, patch.frame.t);
+    fn new(patch: &'a Face, (corners, face): (&'a [DVec2], u32), siblings: Siblings) -> Self {
+        let [_, s, t] = patch.chart.coordinates();
         let normal = s.cross(t);
         let area_sq = normal.length_squared();
         let dual = [t.cross(normal) / area_sq, normal.cross(s) / area_sq];
         let [low, high] = polygon::bounds(corners.iter().copied()).unwrap_or_default();
         let second = second_partials(&patch.patch, [low, high]);
-        Self { siblings, patch, corners, face, dual, normal: normal / area_sq.sqrt(), second }
+        let has_pole = has_pole(&patch.patch, corners);
+        Self { siblings, patch, corners, face, dual, normal: normal / area_sq.sqrt(), has_pole, second }
     }
 
     fn height(&self, rest: DVec3) -> f64 {
-        self.normal.dot(rest - self.patch.frame.origin)
+        self.normal.dot(rest - self.patch.chart.coordinates()[0])
     }
 
     pub(super) fn parameters(&self, rest: DVec3) -> DVec2 {
-        let offset = rest - self.patch.frame.origin;
+        let offset = rest - self.patch.chart.coordinates()[0];
         DVec2::new(self.dual[0].dot(offset), self.dual[1].dot(offset))
     }
 
     pub(super) fn rest(&self, st: DVec2) -> DVec3 {
-        self.patch.frame.point(st)
+        self.patch.chart.place(st).coordinates()
     }
 
     fn rest_bounds(&self) -> [DVec3; 2] {
@@ -255,9 +287,23 @@ impl<'a> Sheet<'a> {
         self.patch.holds(st, DVec2::ZERO)
     }
 
-    /// What of the rectangle around a triangle is inside the curved borders.
+    /// What of the rectangle around a triangle, less a strip along its sides, is inside the curved borders. Points of the strip
+    /// are near to some that are under another triangle.
     pub(super) fn overlap(&self, [a, b, c]: [DVec2; 3]) -> Overlap {
-        self.patch.overlap(a.min(b).min(c), a.max(b).max(c))
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let middle = 0.5 * (low + high);
+        self.patch.overlap((low + STRIP).min(middle), (high - STRIP).max(middle))
+    }
+
+    /// Bound on how far the points of a strip along a curved border are from its other side.
+    fn strip_width(&self) -> f64 {
+        if self.siblings.count == 1 {
+            return 0.0;
+        }
+        let [low, high] = self.patch.patch.hull_bounds();
+        let [m, n] = self.patch.patch.degree();
+        // no control points are farther apart, and partials are no longer than degree times their distances
+        STRIP * (m + n) as f64 * (high - low).length()
     }
 
     pub(super) fn place(&self, st: DVec2) -> Place {

@@ -6,7 +6,7 @@ use glam::{DVec3, DVec4};
 use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter, Serializer};
 
-use crate::patch::TrimmedPatch;
+use crate::patch::Face;
 use crate::scene::BuiltScene;
 use crate::spline::SplineVolume;
 
@@ -76,7 +76,7 @@ pub fn exact_patches(scene: &BuiltScene) -> io::Result<Vec<u8>> {
         .map(|(traced, built)| Object {
             name: &traced.name,
             volumes: built.lattices.iter().map(|lattice| volume(&lattice.volume)).collect(),
-            patches: traced.patches.iter().map(patch).collect(),
+            patches: traced.faces().iter().map(patch).collect(),
         })
         .collect();
     to_json(&Document { objects })
@@ -92,8 +92,8 @@ fn volume(volume: &SplineVolume) -> Volume {
     }
 }
 
-fn patch(trimmed: &TrimmedPatch) -> Patch {
-    let frame = &trimmed.frame;
+fn patch(trimmed: &Face) -> Patch {
+    let [origin, s, t] = trimmed.chart.coordinates().map(|vector| vector.to_array());
     Patch {
         cell: trimmed.knot_box(),
         degree: trimmed.patch.degree(),
@@ -102,14 +102,13 @@ fn patch(trimmed: &TrimmedPatch) -> Patch {
             .control_points()
             .map(|point| ((point.truncate() / point.w) + DVec3::ZERO).extend(point.w).to_array())
             .collect(),
-        frame: FrameVectors { origin: frame.origin.to_array(), s: frame.s.to_array(), t: frame.t.to_array() },
+        frame: FrameVectors { origin, s, t },
         trim: trimmed
-            .trim
+            .region
             .loops()
-            .iter()
             .map(|l| Loop {
                 face: l.face,
-                corners: trimmed.trim.corners(l).iter().map(|corner| corner.to_array()).collect(),
+                corners: trimmed.region.corners(&l).iter().map(|corner| corner.to_array()).collect(),
             })
             .collect(),
         certified_error: trimmed.exact.as_ref().map(|exact| exact.error()),

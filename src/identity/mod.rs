@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::film::ExrHeader;
-use crate::patch::TrimmedPatch;
+use crate::patch::Face;
 use crate::scene::{BuiltScene, SceneDescription};
 use crate::shade::Camera;
 use crate::spline::SplineVolume;
@@ -109,8 +109,8 @@ fn scene_hash(mut settings: Value, built: &BuiltScene) -> String {
         digest.text(&traced.name);
         digest.count(object.lattices.len());
         object.lattices.iter().for_each(|lattice| add_volume(&mut digest, &lattice.volume));
-        digest.count(traced.patches.len());
-        traced.patches.iter().for_each(|patch| add_patch(&mut digest, patch));
+        digest.count(traced.faces().len());
+        traced.faces().iter().for_each(|patch| add_patch(&mut digest, patch));
         let mut count = 0;
         traced.attributes.each_number(&mut |number| {
             digest.number(number);
@@ -132,17 +132,16 @@ fn add_volume(digest: &mut Digest, volume: &SplineVolume) {
     points.iter().for_each(|point| digest.numbers(&DVec4::to_array(point)));
 }
 
-fn add_patch(digest: &mut Digest, trimmed: &TrimmedPatch) {
+fn add_patch(digest: &mut Digest, trimmed: &Face) {
     digest.count(trimmed.knot_box().is_some().into());
     trimmed.knot_box().into_iter().flatten().for_each(|index| digest.count(index));
     trimmed.patch.degree().into_iter().for_each(|degree| digest.count(degree));
     trimmed.patch.control_points().for_each(|point| digest.numbers(&point.to_array()));
-    let frame = &trimmed.frame;
-    [frame.origin, frame.s, frame.t].iter().for_each(|vector| digest.numbers(&vector.to_array()));
-    digest.count(trimmed.trim.loops().len());
-    for trim_loop in trimmed.trim.loops() {
+    trimmed.chart.coordinates().iter().for_each(|vector| digest.numbers(&vector.to_array()));
+    digest.count(trimmed.region.len());
+    for trim_loop in trimmed.region.loops() {
         digest.count(trim_loop.face as usize);
-        let corners = trimmed.trim.corners(trim_loop);
+        let corners = trimmed.region.corners(&trim_loop);
         digest.count(corners.len());
         corners.iter().for_each(|corner| digest.numbers(&corner.to_array()));
     }

@@ -7,6 +7,36 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8, mask64x8};
 
+/// Does work with the widest vectors that a processor has, of those that it is compiled for: AVX-512, AVX2, else what every
+/// processor of its kind has. As [`fearless_simd::dispatch`], which would compile all work once more for SSE4.2.
+macro_rules! with_vectors {
+    ($level:expr, $simd:ident => $work:expr) => {{
+        use fearless_simd::Simd;
+        let level: fearless_simd::Level = $level;
+        #[cfg(target_arch = "x86_64")]
+        if let Some($simd) = level.as_avx512() {
+            $simd.vectorize(
+                #[inline(always)]
+                || $work,
+            )
+        } else if let Some($simd) = level.as_avx2() {
+            $simd.vectorize(
+                #[inline(always)]
+                || $work,
+            )
+        } else {
+            let $simd = level.as_sse2().expect("every x86-64 processor has SSE2");
+            $simd.vectorize(
+                #[inline(always)]
+                || $work,
+            )
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        fearless_simd::dispatch!(level, $simd => $work)
+    }};
+}
+pub(crate) use with_vectors;
+
 /// Rays side by side in [`f64x8`].
 pub(crate) const LANES: usize = 8;
 

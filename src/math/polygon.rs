@@ -20,22 +20,36 @@ pub(crate) enum Side {
 /// Corners on the line are kept by both sides, and new corners lie on it exactly. Fewer than three corners are left
 /// if no area is.
 pub(crate) fn clip(corners: &[DVec2], axis: usize, value: f64, side: Side, kept: &mut Vec<DVec2>) {
+    clip_with(corners, (axis, value, side), kept, |corner| *corner, |_, crossing, _| crossing);
+}
+
+/// [`clip`] of corners that carry more than their place. `cross` makes a new one, of the edge it is on, its place, and how far
+/// that is along the edge.
+pub(crate) fn clip_with<C: Copy>(
+    corners: &[C],
+    (axis, value, side): (usize, f64, Side),
+    kept: &mut Vec<C>,
+    place: impl Fn(&C) -> DVec2,
+    mut cross: impl FnMut([&C; 2], DVec2, f64) -> C,
+) {
     kept.clear();
-    let depth = |corner: DVec2| match side {
-        Side::Below => value - corner[axis],
-        Side::Above => corner[axis] - value,
+    let depth = |corner: &C| match side {
+        Side::Below => value - place(corner)[axis],
+        Side::Above => place(corner)[axis] - value,
     };
-    for (i, &here) in corners.iter().enumerate() {
-        let next = corners[(i + 1) % corners.len()];
+    for (i, here) in corners.iter().enumerate() {
+        let next = &corners[(i + 1) % corners.len()];
         let (depth_here, depth_next) = (depth(here), depth(next));
         if depth_here >= 0.0 {
-            kept.push(here);
+            kept.push(*here);
         }
         if (depth_here > 0.0 && depth_next < 0.0) || (depth_here < 0.0 && depth_next > 0.0) {
-            let (a, b) = if here[axis] < next[axis] { (here, next) } else { (next, here) };
-            let mut crossing = a + (value - a[axis]) / (b[axis] - a[axis]) * (b - a);
+            let edge = if place(here)[axis] < place(next)[axis] { [here, next] } else { [next, here] };
+            let [a, b] = edge.map(&place);
+            let fraction = (value - a[axis]) / (b[axis] - a[axis]);
+            let mut crossing = a + fraction * (b - a);
             crossing[axis] = value;
-            kept.push(crossing);
+            kept.push(cross(edge, crossing, fraction));
         }
     }
 }

@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use glam::{DVec2, DVec3};
 
 use crate::math::bounds;
-use crate::patch::{Overlap, TrimmedPatch};
+use crate::patch::{Face, Overlap};
 
 /// The box is larger than the object by no more than this, in parts of its size.
 const TIGHTNESS: f64 = 1e-9;
@@ -44,7 +44,7 @@ impl Ord for Candidate {
 
 /// Lowest and highest corner of a box around the trimmed patches: the tightest, up to rounding-like slack, and never too
 /// small. By halving the rectangle that reaches farthest until its middle does too.
-pub(super) fn tight_bounds(patches: &[TrimmedPatch]) -> [DVec3; 2] {
+pub(super) fn tight_bounds(patches: &[Face]) -> [DVec3; 2] {
     let [low, high] = bounds::around(patches.iter().flat_map(|patch| patch.patch.hull_bounds()));
     let slack = TIGHTNESS * (high - low).length();
     let greatest =
@@ -54,10 +54,10 @@ pub(super) fn tight_bounds(patches: &[TrimmedPatch]) -> [DVec3; 2] {
 
 /// How far trimmed patches reach along an axis of any length: the greatest scalar product of a point with it, or more by
 /// no more than `slack` (by no more than is left after 20 000 rectangles, if that is more). Minus infinity for no patches.
-pub(crate) fn farthest_reach(patches: &[TrimmedPatch], axis: DVec3, slack: f64) -> f64 {
+pub(crate) fn farthest_reach(patches: &[Face], axis: DVec3, slack: f64) -> f64 {
     let candidate = |patch: usize, low: DVec2, high: DVec2| {
         let trimmed = &patches[patch];
-        if !trimmed.trim.reaches(low, high) || trimmed.overlap(low, high) == Overlap::None {
+        if !trimmed.region.reaches(low, high) || trimmed.overlap(low, high) == Overlap::None {
             return None;
         }
         let part = trimmed.patch.subpatch(low, high);
@@ -72,7 +72,7 @@ pub(crate) fn farthest_reach(patches: &[TrimmedPatch], axis: DVec3, slack: f64) 
     while let Some(Candidate { reach, patch, low, high }) = waiting.pop() {
         let middle = 0.5 * (low + high);
         let trimmed = &patches[patch];
-        if trimmed.trim.find(middle, DVec2::ZERO).is_some() && trimmed.holds(middle, DVec2::ZERO) {
+        if trimmed.region.find(middle, DVec2::ZERO).is_some() && trimmed.holds(middle, DVec2::ZERO) {
             reached = reached.max(axis.dot(trimmed.patch.eval(middle).position));
         }
         examined += 1;

@@ -13,10 +13,11 @@ use super::error::{ModelError, PartsOutside};
 use crate::analytic::{Chain, CoverSettings, Covered, Step, cover};
 use crate::mesh::PolygonSet;
 use crate::patch::{
-    BuildError, BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, TrimmedPatch, deform_polygons,
+    BuildError, BuildTimes, Chart, Deformation, DeformedPolygons, Face, ParameterFrame, PlanarPolygon, Shell,
+    deform_polygons, deform_polygons_beside,
 };
 use crate::spline::{ControlLattice, KnotBox};
-use crate::subdivide::{Frame, FrameChoice};
+use crate::subdivide::FrameChoice;
 use crate::surface::SplineSurface;
 use crate::trace::{NoAttributes, Ray, TracedObject, TracedScene};
 
@@ -32,20 +33,20 @@ pub(super) struct PlacedShape<'a> {
 pub(super) enum Base<'a> {
     /// The polygons of a mesh.
     Polygons(&'a PolygonSet),
-    /// The patches of a surface, whose frames take to its parameters.
-    Surface { surface: &'a SplineSurface, placement: DAffine3, patches: &'a [TrimmedPatch] },
+    /// The faces of a surface, whose charts take to its parameters.
+    Surface { surface: &'a SplineSurface, placement: DAffine3, shell: &'a Shell },
 }
 
-/// The exact patches of an object after some of its steps.
-pub(super) struct Patches {
-    pub(super) patches: Vec<TrimmedPatch>,
+/// The exact faces of an object after some of its steps.
+pub(super) struct Faces {
+    pub(super) shell: Shell,
     pub(super) subpolygons: usize,
     pub(super) times: BuildTimes,
     /// The knot boxes that hold a part of the object, by step.
     pub(super) knot_boxes: BTreeSet<(usize, Option<KnotBox>)>,
 }
 
-impl Patches {
+impl Faces {
     /// Notes in each lattice which of its knot boxes hold a part of the object.
     pub(super) fn record_knot_boxes(&self, lattices: &mut [BuiltLattice]) {
         for lattice in lattices {
@@ -71,13 +72,13 @@ impl PlacedShape<'_> {
             let received = match (lattice.bounds, self.base) {
                 (Some(bounds), _) => bounds,
                 (None, Base::Polygons(polygons)) if steps.is_empty() => polygons.bounds().unwrap_or_default(),
-                (None, _) => tight_bounds(&self.after(&steps, CoverSettings::default())?.patches),
+                (None, _) => tight_bounds(self.after(&steps, CoverSettings::default())?.shell.faces()),
             };
             let seen = |lattice: &ControlLattice, ray: &Ray| self.seen(&steps, lattice, ray);
             let built = lattice.built(number, received, &seen)?;
             let reached = match self.base {
                 Base::Polygons(polygons) if steps.is_empty() => polygons.bounds().unwrap_or(received),
-                Base::Surface { patches, .. } if steps.is_empty() => tight_bounds(patches),
+                Base::Surface { shell, .. } if steps.is_empty() => tight_bounds(shell.faces()),
                 _ => received,
             };
             if let Some(place) = built.collapsed(reached) {
@@ -90,11 +91,11 @@ impl PlacedShape<'_> {
     }
 
     /// The object after some steps, exactly.
-    pub(super) fn after(&self, steps: &[Step], settings: CoverSettings) -> Result<Patches, ModelError> {
+    pub(super) fn after(&self, steps: &[Step], settings: CoverSettings) -> Result<Faces, ModelError> {
         let started = Instant::now();
         let mut made = self.first_step(steps)?;
         let done = usize::from(matches!((self.is_flat(), steps.first()), (true, Some(Step::Volume(_)))));
-        for patch in made.patches.iter().filter(|_| done == 1) {
+        for patch in made.shell.faces().iter().filter(|_| done == 1) {
             made.knot_boxes.insert((0, patch.knot_box()));
         }
         if done == 1 {
@@ -102,12 +103,10 @@ impl PlacedShape<'_> {
         }
         if done < steps.len() {
             let chain = Arc::new(Chain::new(steps[done..].to_vec()));
-            let Covered { patches, knot_boxes } =
-                cover(&made.patches, &chain, settings).map_err(|source| ModelError::Cover {
-                    deformer: source.step().map(|step| step + done),
-                    source,
-                })?;
-            made.patches = patches;
+            let Covered { shell, knot_boxes } = cover(&made.shell, &chain, settings).map_err(|source| {
+                ModelError::Cover { deformer: source.step().map(|step| step + done), source }
+            })?;
+            made.shell = shell;
             made.knot_boxes.extend(knot_boxes.into_iter().map(|(step, knot_box)| (step + done, knot_box)));
             for step in done..steps.len() {
                 self.check_outside(step, &made)?;
@@ -122,12 +121,12 @@ impl PlacedShape<'_> {
     fn is_flat(&self) -> bool {
         match self.base {
             Base::Polygons(_) => true,
-            Base::Surface { patches, .. } => patches.iter().all(|patch| plane_corners(patch).is_some()),
+            Base::Surface { shell, .. } => shell.faces().iter().all(|face| plane_corners(face).is_some()),
         }
     }
 
     /// After the first step, if that is a volume and the object flat; else before.
-    fn first_step(&self, steps: &[Step]) -> Result<Patches, ModelError> {
+    fn first_step(&self, steps: &[Step]) -> Result<Faces, ModelError> {
         let volume = match steps.first() {
             Some(Step::Volume(volume)) => Some(volume),
             _ => None,
@@ -139,36 +138,39 @@ impl PlacedShape<'_> {
         let knot_boxes = BTreeSet::new();
         match self.base {
             Base::Polygons(polygons) => {
-                let DeformedPolygons { patches, subpolygons, times } =
+                let DeformedPolygons { shell, subpolygons, times } =
                     deform_polygons(&planar(polygons), deformation).map_err(fault)?;
-                Ok(Patches { patches, subpolygons, times, knot_boxes })
+                Ok(Faces { shell, subpolygons, times, knot_boxes })
             }
-            Base::Surface { patches, .. } => {
-                let mut all =
-                    Patches { patches: Vec::new(), subpolygons: 0, times: BuildTimes::default(), knot_boxes };
+            Base::Surface { shell, .. } => {
+                let times = BuildTimes::default();
                 if volume.is_none() || !self.is_flat() {
-                    all.patches = patches.to_vec();
-                    return Ok(all);
+                    return Ok(Faces { shell: shell.clone(), subpolygons: 0, times, knot_boxes });
                 }
-                for patch in patches {
-                    let Some(corners) = plane_corners(patch) else { continue };
+                let mut all =
+                    Faces { shell: Shell::new(shell.numbers().clone()), subpolygons: 0, times, knot_boxes };
+                for (face, vertices) in shell.iter() {
+                    let Some(corners) = plane_corners(face) else { continue };
                     let polygon = [PlanarPolygon { face: 0, corners: &corners }];
-                    let made = deform_polygons(&polygon, deformation).map_err(fault)?;
+                    let made = deform_polygons_beside(&polygon, deformation, true).map_err(fault)?;
                     all.subpolygons += made.subpolygons;
                     all.times.subdivide += made.times.subdivide;
                     all.times.compose += made.times.compose;
-                    all.patches.extend(made.patches.into_iter().map(|mut made| {
-                        made.frame = parameter_frame(&made.frame, &corners, &patch.frame);
+                    let placed = |mut made: Face| {
+                        made.chart = parameter_chart(&made.chart, &corners, &face.chart);
                         made
-                    }));
+                    };
+                    // the polygon's own corners are numbered first
+                    all.shell.append(made.shell.map(placed), 4, |corner| vertices[corner as usize]);
                 }
+                all.shell.shrink();
                 Ok(all)
             }
         }
     }
 
     /// Refuses parts outside the box of a step's lattice, if that is what the lattice asks for.
-    pub(super) fn check_outside(&self, step: usize, made: &Patches) -> Result<(), ModelError> {
+    pub(super) fn check_outside(&self, step: usize, made: &Faces) -> Result<(), ModelError> {
         let Some(lattice) = self.deformers.get(step).and_then(Deformer::lattice) else { return Ok(()) };
         lattice.check_outside(step, || {
             if !made.knot_boxes.contains(&(step, None)) {
@@ -177,9 +179,9 @@ impl PlacedShape<'_> {
             if step > 0 || matches!(self.base, Base::Surface { .. }) {
                 return Some(PartsOutside::Some);
             }
-            let outside = made.patches.iter().filter(|patch| patch.knot_box().is_none());
+            let outside = made.shell.faces().iter().filter(|patch| patch.knot_box().is_none());
             let faces: BTreeSet<u32> =
-                outside.flat_map(|patch| patch.trim.loops().iter().map(|trim_loop| trim_loop.face)).collect();
+                outside.flat_map(|face| face.region.loops().map(|trim_loop| trim_loop.face)).collect();
             Some(PartsOutside::Faces(faces.into_iter().collect()))
         })
     }
@@ -188,11 +190,11 @@ impl PlacedShape<'_> {
     fn seen(&self, steps: &[Step], lattice: &ControlLattice, ray: &Ray) -> Result<Option<DVec3>, EditError> {
         let steps = [steps, &[Step::Volume(lattice.volume()?)]].concat();
         // only cells know their points before the last step
-        let patches = self.after(&steps, CoverSettings { composes: false }).map_err(Box::new)?.patches;
-        let object = TracedObject { name: String::new(), patches, attributes: Box::new(NoAttributes) };
+        let shell = self.after(&steps, CoverSettings { composes: false }).map_err(Box::new)?.shell;
+        let object = TracedObject { name: String::new(), shell, attributes: Box::new(NoAttributes) };
         let traced = TracedScene::new(vec![object]);
         Ok(traced.closest_hit(ray).map(|hit| {
-            let patch = &traced.objects()[0].patches[hit.patch as usize];
+            let patch = &traced.objects()[0].faces()[hit.patch as usize];
             match (&patch.exact, self.base) {
                 (Some(exact), _) => exact.received(hit.st),
                 (None, Base::Polygons(_)) => hit.rest,
@@ -209,16 +211,19 @@ pub(super) fn planar(polygons: &PolygonSet) -> Vec<PlanarPolygon<'_>> {
     polygons.iter().map(|polygon| PlanarPolygon { face: polygon.face, corners: polygon.positions }).collect()
 }
 
-/// The frame of parameters that belongs to a frame on the plane of a parallelogram, whose own frame of parameters is given.
-fn parameter_frame(placed: &Frame, [corner, along_s, _, along_t]: &[DVec3; 4], whole: &Frame) -> Frame {
+/// The chart to a surface's parameters that belongs to one to the plane of a parallelogram, whose own to the parameters is given.
+fn parameter_chart(placed: &Chart, [corner, along_s, _, along_t]: &[DVec3; 4], whole: &Chart) -> Chart {
     let (s, t) = (along_s - corner, along_t - corner);
     let normal = s.cross(t);
     let parts = |vector: DVec3| {
         DVec2::new(vector.cross(t).dot(normal), s.cross(vector).dot(normal)) / normal.length_squared()
     };
+    let [origin, by_s, by_t] = whole.coordinates().map(DVec3::truncate);
     let vector = |vector: DVec3| {
         let parts = parts(vector);
-        parts.x * whole.s + parts.y * whole.t
+        parts.x * by_s + parts.y * by_t
     };
-    Frame { origin: whole.origin + vector(placed.origin - corner), s: vector(placed.s), t: vector(placed.t) }
+    let [placed, placed_s, placed_t] = placed.coordinates();
+    let origin = origin + vector(placed - corner);
+    Chart::Parameters(ParameterFrame { origin, s: vector(placed_s), t: vector(placed_t) })
 }

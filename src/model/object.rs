@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use glam::{DAffine3, DVec2};
 
-use super::attributes::{CarriedNormals, PolygonAttributes, SurfaceAttributes, placed_patches};
+use super::attributes::{CarriedNormals, PolygonAttributes, SurfaceAttributes, placed_shell};
 use super::deformation::{Base, PlacedShape};
 use super::deformer::{BuiltLattice, Deformer};
 use super::error::ModelError;
@@ -187,9 +187,9 @@ impl Object {
             return Err(ModelError::NeedsPolygons);
         }
         let started = Instant::now();
-        let patches = placed_patches(surface, self.placement);
+        let shell = placed_shell(surface, self.placement);
         let load = started.elapsed();
-        let base = Base::Surface { surface, placement: self.placement, patches: &patches };
+        let base = Base::Surface { surface, placement: self.placement, shell: &shell };
         let shape = PlacedShape { base, deformers: &self.deformers };
         let made = self.representation.construct(&shape)?;
         let mut warnings = Vec::new();
@@ -210,8 +210,8 @@ impl Object {
         (notes, load): (MeshNotes, Duration),
     ) -> BuiltObject {
         let Construction { elements, subpolygons, lattices, triangular, mut times, .. } = made;
-        let (patches, attributes) = match elements {
-            Elements::Patches(patches) => (patches, attributes),
+        let (shell, attributes) = match elements {
+            Elements::Faces(shell) => (shell, attributes),
             Elements::Facets(facets) => {
                 let started = Instant::now();
                 let volume = lattices.first().map(|lattice| &lattice.volume);
@@ -220,7 +220,7 @@ impl Object {
                 made
             }
         };
-        let traced = TracedObject { name: self.name.clone(), patches, attributes };
+        let traced = TracedObject { name: self.name.clone(), shell, attributes };
         let times = ObjectTimes { load, patches: times };
         let report = ObjectReport { notes, lattices, subpolygons, triangular, warnings: Vec::new(), times };
         BuiltObject { traced, report }

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::patch::TrimmedPatch;
+use crate::patch::Face;
 use crate::trace::{Ray, TracedScene, Tracer};
 
 /// Chords along each parameter of the whole surface, about.
@@ -23,13 +23,14 @@ pub(super) fn self_intersection(
     domain: [[f64; 2]; 2],
 ) -> Option<[DVec2; 2]> {
     let span = DVec2::from_array(domain.map(|[low, high]| high - low));
-    let patches = &scene.objects()[object].patches;
+    let patches = scene.objects()[object].faces();
     patches.par_iter().find_map_first(|patch| {
         if !patch.leads() {
             return None;
         }
         let part = |side: DVec3| (side.truncate().abs() / span).max_element();
-        let count = DVec2::new(part(patch.frame.s), part(patch.frame.t)) * f64::from(CHORDS);
+        let [_, s, t] = patch.chart.coordinates();
+        let count = DVec2::new(part(s), part(t)) * f64::from(CHORDS);
         let count = count.ceil().clamp(DVec2::ONE, DVec2::splat(CHORDS.into()));
         let places = (0..CHORDS).flat_map(|i| (0..CHORDS).map(move |j| DVec2::new(i.into(), j.into())));
         let mut chords = places
@@ -44,7 +45,7 @@ pub(super) fn self_intersection(
 fn crossing(
     tracer: &mut Tracer<'_>,
     object: usize,
-    patch: &TrimmedPatch,
+    patch: &Face,
     ends: [DVec2; 2],
     span: DVec2,
 ) -> Option<[DVec2; 2]> {
@@ -54,10 +55,14 @@ fn crossing(
         return None;
     }
     (ray.t_min, ray.t_max) = (END, 1.0 - END);
-    let own = patch.frame.point(0.5 * (ends[0] + ends[1])).truncate();
+    let own = patch.chart.place(0.5 * (ends[0] + ends[1])).coordinates().truncate();
     let hits = tracer.all(&ray).into_iter().filter(|hit| hit.object as usize == object);
     let mut places = hits.map(|hit| {
-        tracer.scene().objects()[object].patches[hit.patch as usize].frame.point(hit.st).truncate()
+        tracer.scene().objects()[object].faces()[hit.patch as usize]
+            .chart
+            .place(hit.st)
+            .coordinates()
+            .truncate()
     });
     let far = |other: &DVec2| ((*other - own) / span).abs().max_element() > APART / f64::from(CHORDS);
     places.find(far).map(|other| [own, other])

@@ -1,6 +1,5 @@
 //! Stages 1 to 3 on one page: polygons and a volume become trimmed patches.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::{DVec2, DVec3};
@@ -13,10 +12,11 @@ use crate::subdivide::{
     Frame, FrameChoice, FramedPlane, Group, Pieces, cut_at_knot_planes, frame_group, group_coplanar,
 };
 
-use super::bezier_patch::{BezierPatch, PatchPoint};
+use super::chart::Chart;
 use super::compose::{Composer, flat_patch};
-use super::exact::{ExactSurface, Overlap};
-use super::trim::{TrimBuilder, TrimRegion};
+use super::face::Face;
+use super::region::{LineCuts, LoopCorner, Region, RegionBuilder, doubled_area};
+use super::shell::Shell;
 
 /// Halvings of a rational patch in search of positive weights; each halves one side.
 ///
@@ -42,130 +42,11 @@ pub struct Deformation<'a> {
     pub frame: FrameChoice,
 }
 
-/// A Bézier patch with the part of it that is surface.
-#[derive(Clone, Debug)]
-pub struct TrimmedPatch {
-    /// See [`Self::knot_box`].
-    pub(super) knot_box: Option<[u32; 3]>,
-    /// From the patch's unit square to the undeformed plane.
-    pub frame: Frame,
-    /// The surface.
-    pub patch: BezierPatch,
-    /// The part of the unit square that belongs to the surface.
-    pub trim: TrimRegion,
-    /// Bound on the distance between the trim's corners on the patch and the true deformed corners: vertices are
-    /// moved onto knot planes and into shared planes by rounding-sized steps.
-    pub boundary_error: f64,
-    /// The surface itself, if it is no Bézier patch.
-    pub exact: Option<Arc<dyn ExactSurface>>,
-}
-
-impl PartialEq for TrimmedPatch {
-    fn eq(&self, other: &Self) -> bool {
-        let exact = |patch: &Self| patch.exact.as_ref().map(Arc::as_ptr).map(|exact| exact.cast::<()>());
-        self.knot_box == other.knot_box
-            && self.frame == other.frame
-            && self.patch == other.patch
-            && self.trim == other.trim
-            && self.boundary_error == other.boundary_error
-            && exact(self) == exact(other)
-    }
-}
-
-impl TrimmedPatch {
-    /// A patch that is surface all over: one loop, of polygon and face 0, around the unit square.
-    pub fn untrimmed(frame: Frame, patch: BezierPatch) -> Self {
-        let mut trim = TrimBuilder::default();
-        trim.push(0, 0, [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y]);
-        Self::undeformed(frame, patch, trim.finish())
-    }
-
-    /// A patch of no knot box.
-    pub(super) const fn undeformed(frame: Frame, patch: BezierPatch, trim: TrimRegion) -> Self {
-        Self { knot_box: None, frame, patch, trim, boundary_error: 0.0, exact: None }
-    }
-
-    /// A part of this one's place in the knot box and the object, with a surface of its own.
-    pub(crate) fn replaced(
-        &self,
-        frame: Frame,
-        patch: BezierPatch,
-        trim: TrimRegion,
-        (boundary_error, exact): (f64, Option<Arc<dyn ExactSurface>>),
-    ) -> Self {
-        Self { knot_box: self.knot_box, frame, patch, trim, boundary_error, exact }
-    }
-
-    /// Point and partial derivatives of the surface.
-    pub fn eval(&self, st: DVec2) -> PatchPoint {
-        self.exact.as_ref().map_or_else(|| self.patch.eval(st), |exact| exact.eval(st))
-    }
-
-    /// The same, beyond borders that are curves, of the surface there: see [`ExactSurface::eval_whole`].
-    pub fn eval_whole(&self, st: DVec2) -> PatchPoint {
-        self.exact.as_ref().map_or_else(|| self.patch.eval(st), |exact| exact.eval_whole(st))
-    }
-
-    /// Whether no patch before it has the same surface beyond borders that are curves.
-    pub fn leads(&self) -> bool {
-        self.exact.as_ref().is_none_or(|exact| exact.leads())
-    }
-
-    /// Bound on how far the patch is from the surface, trim included, less the rounding of evaluations.
-    pub fn error(&self) -> f64 {
-        self.boundary_error + self.exact.as_ref().map_or(0.0, |exact| exact.error())
-    }
-
-    /// Whether a place that may be off by `tolerance` is inside borders that are curves.
-    pub(crate) fn holds(&self, st: DVec2, tolerance: DVec2) -> bool {
-        self.exact.as_ref().is_none_or(|exact| exact.holds(st, tolerance))
-    }
-
-    /// See [`ExactSurface::sides`].
-    pub(crate) fn sides(&self, st: DVec2, tolerance: DVec2) -> [bool; 2] {
-        self.exact.as_ref().map_or([true; 2], |exact| exact.sides(st, tolerance))
-    }
-
-    /// What of a rectangle of parameters is inside borders that are curves.
-    pub(crate) fn overlap(&self, low: DVec2, high: DVec2) -> Overlap {
-        self.exact.as_ref().map_or(Overlap::Whole, |exact| exact.overlap(low, high))
-    }
-
-    /// The knot box it is the image of; `None` outside the lattice, where the surface is undeformed.
-    pub fn knot_box(&self) -> Option<KnotBox> {
-        self.knot_box.map(|knot_box| knot_box.map(|interval| interval as usize))
-    }
-
-    /// Memory in bytes.
-    pub fn bytes(&self) -> usize {
-        let exact = self.exact.as_ref().map_or(0, |exact| exact.bytes());
-        size_of::<Self>() + self.patch.bytes() + self.trim.bytes() + exact
-    }
-
-    /// Lowest and highest corner of a box that holds the trimmed surface: the control points of those parts of a
-    /// 4 × 4 grid that the trim reaches.
-    pub fn trimmed_bounds(&self) -> [DVec3; 2] {
-        const GRID: u32 = 4;
-        let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        for i in 0..GRID {
-            for j in 0..GRID {
-                let low = DVec2::new(f64::from(i), f64::from(j)) / f64::from(GRID);
-                let high = DVec2::new(f64::from(i + 1), f64::from(j + 1)) / f64::from(GRID);
-                if self.trim.reaches(low, high) {
-                    let [a, b] = self.patch.subpatch(low, high).hull_bounds();
-                    bounds = [bounds[0].min(a - self.error()), bounds[1].max(b + self.error())];
-                }
-            }
-        }
-        bounds
-    }
-}
-
-/// The patches of one object.
+/// The faces of one object.
 #[derive(Clone, Debug, Default)]
 pub struct DeformedPolygons {
-    /// The patches, ordered by knot box, then by first face; outside pieces first.
-    pub patches: Vec<TrimmedPatch>,
+    /// The faces, ordered by knot box, then by first input face; outside pieces first.
+    pub shell: Shell,
     /// Number of sub-polygons the polygons were cut into.
     pub subpolygons: usize,
     /// Time spent.
@@ -210,9 +91,18 @@ pub fn deform_polygons(
     polygons: &[PlanarPolygon<'_>],
     deformation: Deformation<'_>,
 ) -> Result<DeformedPolygons, BuildError> {
+    deform_polygons_beside(polygons, deformation, false)
+}
+
+/// [`deform_polygons`], of polygons that may share edges with others that are deformed apart from them.
+pub(crate) fn deform_polygons_beside(
+    polygons: &[PlanarPolygon<'_>],
+    deformation: Deformation<'_>,
+    shares_edges: bool,
+) -> Result<DeformedPolygons, BuildError> {
     let started = Instant::now();
     let numbered = (0..).zip(polygons).map(|(number, polygon)| (number, polygon.corners));
-    let pieces = cut_at_knot_planes(numbered, deformation.volume);
+    let pieces = cut_at_knot_planes(numbered, deformation.volume, shares_edges);
     let diagonal = diagonal(polygons, deformation.volume);
     let groups = group_coplanar(&pieces, |polygon| polygons[polygon as usize].corners, diagonal);
     let subdivide = started.elapsed();
@@ -225,16 +115,16 @@ pub fn deform_polygons(
         lipschitz: deformation.volume.map_or(1.0, SplineVolume::lipschitz_bound),
         composer: Composer::default(),
         corners: Vec::new(),
-        trim: TrimBuilder::default(),
-        patches: Vec::with_capacity(groups.len()),
+        region: RegionBuilder::default(),
+        shell: Shell::new(pieces.numbers().clone()),
     };
     for group in &groups {
         builder.add_group(group)?;
     }
-    let mut patches = builder.patches;
-    patches.shrink_to_fit();
+    let mut shell = builder.shell;
+    shell.shrink();
     let times = BuildTimes { subdivide, compose: started.elapsed() };
-    Ok(DeformedPolygons { patches, subpolygons: pieces.len(), times })
+    Ok(DeformedPolygons { shell, subpolygons: pieces.len(), times })
 }
 
 /// Diagonal of the box around polygons and lattice.
@@ -252,8 +142,8 @@ struct Builder<'a> {
     lipschitz: f64,
     composer: Composer,
     corners: Vec<DVec3>,
-    trim: TrimBuilder,
-    patches: Vec<TrimmedPatch>,
+    region: RegionBuilder,
+    shell: Shell,
 }
 
 impl Builder<'_> {
@@ -271,11 +161,14 @@ impl Builder<'_> {
             for corner in corners {
                 off_plane = off_plane.max((framed.frame.point(parameters(corner)) - *corner).length());
             }
-            self.trim.push(polygon, self.polygons[polygon as usize].face, corners.iter().map(parameters));
+            let vertices = self.pieces.vertices(piece as usize);
+            let corners = corners.iter().zip(vertices);
+            let corners = corners.map(|(corner, &vertex)| LoopCorner { st: parameters(corner), vertex });
+            self.region.push(polygon, self.polygons[polygon as usize].face, corners);
         }
         let boundary_error = off_plane * self.lipschitz;
-        let trim = self.trim.finish();
-        self.add_patch(group.knot_box, framed.frame, trim, boundary_error, 0)
+        let region = self.region.finish();
+        self.add_patch(group.knot_box, framed.frame, region, boundary_error, 0)
     }
 
     fn frame(&self, group: &Group) -> Option<FramedPlane> {
@@ -298,7 +191,7 @@ impl Builder<'_> {
         &mut self,
         knot_box: Option<KnotBox>,
         frame: Frame,
-        trim: TrimRegion,
+        (region, vertices): (Region, Vec<u32>),
         boundary_error: f64,
         halvings: usize,
     ) -> Result<(), BuildError> {
@@ -306,22 +199,23 @@ impl Builder<'_> {
             (Some(knot_box), Some(volume)) => self.composer.compose(volume, knot_box, &frame),
             _ => flat_patch(&frame),
         };
-        let face = trim.loops()[0].face;
+        let face = region.trim_loop(0).face;
         if !patch.is_finite() {
             return Err(BuildError::NotFinite { face });
         }
         if patch.has_positive_weights() {
-            let knot_box = knot_box.map(short_knot_box);
-            self.patches.push(TrimmedPatch { knot_box, frame, patch, trim, boundary_error, exact: None });
+            let (knot_box, chart) = (knot_box.map(short_knot_box), Chart::Plane(frame));
+            let made = Face { knot_box, chart, patch, region, boundary_error, exact: None };
+            self.shell.push(made, &vertices);
             return Ok(());
         }
         if halvings == MAX_HALVINGS {
             return Err(BuildError::Weights { face });
         }
-        for side in [Side::Below, Side::Above] {
-            if let Some(([low, high], trim)) = half(&trim, halvings % 2, side) {
-                self.add_patch(knot_box, frame.restricted(low, high), trim, boundary_error, halvings + 1)?;
-            }
+        let region = (&region, &*vertices);
+        let [below, above] = halves(region, halvings % 2, &mut LineCuts::new(self.shell.numbers_mut()));
+        for ([low, high], region) in [below, above].into_iter().flatten() {
+            self.add_patch(knot_box, frame.restricted(low, high), region, boundary_error, halvings + 1)?;
         }
         Ok(())
     }
@@ -332,25 +226,35 @@ pub(super) fn short_knot_box(knot_box: KnotBox) -> [u32; 3] {
     knot_box.map(|interval| u32::try_from(interval).expect("fewer than 2^32 knots fit in memory"))
 }
 
-/// The half of a trim on one side of the square's middle: its bounding rectangle, and the trim in parameters of that;
-/// `None` if nothing is left there.
-pub(super) fn half(trim: &TrimRegion, axis: usize, side: Side) -> Option<([DVec2; 2], TrimRegion)> {
-    let mut clipped = TrimBuilder::default();
-    let mut kept = Vec::new();
-    for trim_loop in trim.loops() {
-        polygon::clip(trim.corners(trim_loop), axis, 0.5, side, &mut kept);
-        if kept.len() >= 3 && polygon::doubled_area(&kept) > 0.0 {
-            clipped.push(trim_loop.polygon, trim_loop.face, kept.iter().copied());
+/// A region with the vertices of its corners.
+type NumberedRegion = (Region, Vec<u32>);
+
+/// The parts of a region on both sides of the square's middle: their bounding rectangles, and the parts in parameters of those;
+/// `None` where nothing is left.
+pub(super) fn halves(
+    (region, vertices): (&Region, &[u32]),
+    axis: usize,
+    cuts: &mut LineCuts<'_>,
+) -> [Option<([DVec2; 2], NumberedRegion)>; 2] {
+    [Side::Below, Side::Above].map(|side| {
+        let mut kept = Vec::new();
+        let mut loops = Vec::new();
+        for trim_loop in region.loops() {
+            let corners: Vec<_> = region.numbered_corners(&trim_loop, vertices).collect();
+            cuts.clip(&corners, (axis, 0.5, side), [0; 2], &mut kept);
+            if kept.len() >= 3 && doubled_area(&kept) > 0.0 {
+                loops.push((trim_loop, kept.clone()));
+            }
         }
-    }
-    let clipped = clipped.finish();
-    let [low, high] = clipped.bounds()?;
-    let mut fitted = TrimBuilder::default();
-    for trim_loop in clipped.loops() {
-        let corners = clipped.corners(trim_loop).iter().map(|&st| (st - low) / (high - low));
-        fitted.push(trim_loop.polygon, trim_loop.face, corners);
-    }
-    Some(([low, high], fitted.finish()))
+        let corners = loops.iter().flat_map(|(_, corners)| corners).map(|corner| corner.st);
+        let [low, high] = polygon::bounds(corners)?;
+        let mut fitted = RegionBuilder::default();
+        for (trim_loop, corners) in loops {
+            let fit = |corner: LoopCorner| LoopCorner { st: (corner.st - low) / (high - low), ..corner };
+            fitted.push(trim_loop.polygon, trim_loop.face, corners.into_iter().map(fit));
+        }
+        Some(([low, high], fitted.finish()))
+    })
 }
 
 #[cfg(test)]
@@ -389,7 +293,7 @@ mod tests {
                     for frame in [FrameChoice::Parallelogram, FrameChoice::Rectangle] {
                         let made =
                             deform_polygons(&polygons, Deformation { volume: Some(&volume), frame }).unwrap();
-                        for patch in &made.patches {
+                        for patch in made.shell.faces() {
                             let worst = deviation(&volume, patch, &mut noise);
                             let bound = if rational { 1e-11 } else { 1e-12 };
                             assert!(
@@ -403,16 +307,16 @@ mod tests {
         }
     }
 
-    fn deviation(volume: &SplineVolume, patch: &TrimmedPatch, noise: &mut Noise) -> f64 {
+    fn deviation(volume: &SplineVolume, patch: &Face, noise: &mut Noise) -> f64 {
         let mut worst: f64 = 0.0;
-        for trim_loop in patch.trim.loops() {
-            let corners = patch.trim.corners(trim_loop);
+        for trim_loop in patch.region.loops() {
+            let corners = patch.region.corners(&trim_loop);
             for _ in 0..8 {
                 let weights: Vec<f64> = corners.iter().map(|_| noise.next() + 0.5).collect();
                 let sum: f64 = weights.iter().sum();
                 let st: DVec2 = corners.iter().zip(&weights).map(|(&c, w)| c * (w / sum)).sum();
                 let knot_box = patch.knot_box().unwrap();
-                let want = volume.eval_in_knot_box(knot_box, patch.frame.point(st));
+                let want = volume.eval_in_knot_box(knot_box, patch.chart.place(st).coordinates());
                 let got = patch.patch.eval(st);
                 worst = worst.max((got.position - want.position).length());
             }
@@ -433,10 +337,10 @@ mod tests {
                     Deformation { volume: Some(&volume), ..Deformation::default() },
                 )
                 .unwrap();
-                for patch in &made.patches {
+                for patch in made.shell.faces() {
                     let knot_box = patch.knot_box().unwrap();
                     let other =
-                        compose_by_interpolation(&volume, knot_box, &patch.frame, patch.patch.degree());
+                        compose_by_interpolation(&volume, knot_box, &plane_of(patch), patch.patch.degree());
                     let size = patch.patch.control_points().map(|p| p.length()).fold(1.0, f64::max);
                     for step in 0..=20 {
                         let st = DVec2::new(f64::from(step) / 20.0, f64::from(step * 7 % 21) / 20.0);
@@ -463,15 +367,21 @@ mod tests {
         let made =
             deform_polygons(&polygons, Deformation { volume: Some(&volume), ..Deformation::default() })
                 .unwrap();
-        assert_eq!((made.subpolygons, made.patches.len()), (36, 24));
-        let area: f64 = made.patches.iter().map(rest_area).sum();
+        assert_eq!((made.subpolygons, made.shell.faces().len()), (36, 24));
+        let area: f64 = made.shell.faces().iter().map(rest_area).sum();
         assert!((area - 6.0).abs() < 1e-12, "area {area}");
     }
 
+    fn plane_of(face: &Face) -> Frame {
+        let Chart::Plane(frame) = face.chart else { panic!("polygons are plane") };
+        frame
+    }
+
     /// Area of a patch's trim on the undeformed plane.
-    fn rest_area(patch: &TrimmedPatch) -> f64 {
-        let scale = patch.frame.s.cross(patch.frame.t).length();
-        let loops = patch.trim.loops().iter().map(|l| polygon::doubled_area(patch.trim.corners(l)));
+    fn rest_area(patch: &Face) -> f64 {
+        let [_, s, t] = patch.chart.coordinates();
+        let scale = s.cross(t).length();
+        let loops = patch.region.loops().map(|l| polygon::doubled_area(patch.region.corners(&l)));
         loops.sum::<f64>() * 0.5 * scale
     }
 
@@ -492,9 +402,9 @@ mod tests {
                 deform_polygons(&polygons, Deformation { volume: Some(&volume), ..Deformation::default() })
                     .unwrap();
             let groups = made.subpolygons;
-            split += made.patches.len() - groups;
-            assert!(made.patches.iter().all(|p| p.patch.has_positive_weights()));
-            let area: f64 = made.patches.iter().map(rest_area).sum();
+            split += made.shell.faces().len() - groups;
+            assert!(made.shell.faces().iter().all(|p| p.patch.has_positive_weights()));
+            let area: f64 = made.shell.faces().iter().map(rest_area).sum();
             let want = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
             assert!((area - want).abs() < 1e-12, "area {area}, want {want}");
         }

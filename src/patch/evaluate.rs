@@ -25,46 +25,55 @@ pub(crate) trait OrderWork {
     /// What the work gives.
     type Output;
 
-    /// Does the work; to give `M` and `N` to [`BezierPatch::eval_one`] and [`BezierPatch::eval_lanes`].
-    fn run<const M: usize, const N: usize>(self) -> Self::Output;
+    /// Does the work; to give `M`, `N` and `STRIDE` to [`BezierPatch::eval_one`] and [`BezierPatch::eval_lanes`].
+    fn run<const M: usize, const N: usize, const STRIDE: usize>(self) -> Self::Output;
 }
 
 impl BezierPatch {
-    /// Does work with this patch's orders as constants, or [`MAX_ORDER`] if they are not common.
+    /// Does work with this patch's orders as constants, or [`MAX_ORDER`] if they are not common, and with the numbers of a control
+    /// point. What is common is what volumes of degrees 1 to 4 give in the frames of lowest degree, cells, and quadrics.
     #[inline(always)]
     pub(crate) fn with_orders<W: OrderWork>(&self, work: W) -> W::Output {
+        if self.is_rational() {
+            return match self.degree() {
+                [2, 2] => work.run::<3, 3, RATIONAL>(),
+                [4, 4] => work.run::<5, 5, RATIONAL>(),
+                [6, 6] => work.run::<7, 7, RATIONAL>(),
+                _ => work.run::<MAX_ORDER, MAX_ORDER, RATIONAL>(),
+            };
+        }
         match self.degree() {
-            [1, 1] => work.run::<2, 2>(),
-            [1, 2] => work.run::<2, 3>(),
-            [2, 1] => work.run::<3, 2>(),
-            [2, 2] => work.run::<3, 3>(),
-            [2, 4] => work.run::<3, 5>(),
-            [4, 2] => work.run::<5, 3>(),
-            [3, 3] => work.run::<4, 4>(),
-            [3, 6] => work.run::<4, 7>(),
-            [6, 3] => work.run::<7, 4>(),
-            [4, 4] => work.run::<5, 5>(),
-            [4, 6] => work.run::<5, 7>(),
-            [5, 5] => work.run::<6, 6>(),
-            [6, 6] => work.run::<7, 7>(),
-            [6, 9] => work.run::<7, 10>(),
-            [7, 7] => work.run::<8, 8>(),
-            [8, 8] => work.run::<9, 9>(),
-            [9, 9] => work.run::<10, 10>(),
-            [10, 10] => work.run::<11, 11>(),
-            [8, 12] => work.run::<9, 13>(),
-            _ => work.run::<MAX_ORDER, MAX_ORDER>(),
+            [1, 1] => work.run::<2, 2, POLYNOMIAL>(),
+            [1, 2] => work.run::<2, 3, POLYNOMIAL>(),
+            [2, 1] => work.run::<3, 2, POLYNOMIAL>(),
+            [2, 2] => work.run::<3, 3, POLYNOMIAL>(),
+            [2, 4] => work.run::<3, 5, POLYNOMIAL>(),
+            [4, 2] => work.run::<5, 3, POLYNOMIAL>(),
+            [3, 3] => work.run::<4, 4, POLYNOMIAL>(),
+            [3, 6] => work.run::<4, 7, POLYNOMIAL>(),
+            [6, 3] => work.run::<7, 4, POLYNOMIAL>(),
+            [4, 4] => work.run::<5, 5, POLYNOMIAL>(),
+            [5, 5] => work.run::<6, 6, POLYNOMIAL>(),
+            [6, 6] => work.run::<7, 7, POLYNOMIAL>(),
+            [7, 7] => work.run::<8, 8, POLYNOMIAL>(),
+            [8, 8] => work.run::<9, 9, POLYNOMIAL>(),
+            [9, 9] => work.run::<10, 10, POLYNOMIAL>(),
+            [10, 10] => work.run::<11, 11, POLYNOMIAL>(),
+            _ => work.run::<MAX_ORDER, MAX_ORDER, POLYNOMIAL>(),
         }
     }
 
-    /// As [`Self::eval`], to the bit; a vector holds (w x, w y, w z, w). `M` and `N` as [`Self::with_orders`] gives them.
+    /// As [`Self::eval`], to the bit; a vector holds (w x, w y, w z, w). `M`, `N` and `STRIDE` as [`Self::with_orders`] gives them.
     #[inline(always)]
-    pub(crate) fn eval_one<const M: usize, const N: usize, S: Simd>(&self, simd: S, st: DVec2) -> PatchPoint {
-        if self.is_rational() {
-            let [value, by_s, by_t] = homogeneous_one::<M, N, RATIONAL, S>(simd, self, st);
-            from_homogeneous([DVec4::from_array(value), DVec4::from_array(by_s), DVec4::from_array(by_t)])
+    pub(crate) fn eval_one<const M: usize, const N: usize, const STRIDE: usize, S: Simd>(
+        &self,
+        simd: S,
+        st: DVec2,
+    ) -> PatchPoint {
+        let [position, dp_ds, dp_dt] = homogeneous_one::<M, N, STRIDE, S>(simd, self, st);
+        if STRIDE == RATIONAL {
+            from_homogeneous([position, dp_ds, dp_dt].map(DVec4::from_array))
         } else {
-            let [position, dp_ds, dp_dt] = homogeneous_one::<M, N, POLYNOMIAL, S>(simd, self, st);
             PatchPoint {
                 position: first_three(position),
                 dp_ds: first_three(dp_ds),
@@ -73,36 +82,33 @@ impl BezierPatch {
         }
     }
 
-    /// As [`Self::eval`] in each lane, to the bit. `M` and `N` as [`Self::with_orders`] gives them.
+    /// As [`Self::eval`] in each lane, to the bit. `M`, `N` and `STRIDE` as [`Self::with_orders`] gives them.
     #[inline(always)]
-    pub(crate) fn eval_lanes<const M: usize, const N: usize, S: Simd>(
+    pub(crate) fn eval_lanes<const M: usize, const N: usize, const STRIDE: usize, S: Simd>(
         &self,
         simd: S,
         st: [f64x8<S>; 2],
     ) -> PointLanes<f64x8<S>> {
-        if self.is_rational() {
-            let [value, by_s, by_t] = homogeneous_lanes::<M, N, RATIONAL, S>(simd, self, st);
-            let position = Vector::new(value[0] / value[3], value[1] / value[3], value[2] / value[3]);
-            let [dp_ds, dp_dt] = [partial(by_s, position, value[3]), partial(by_t, position, value[3])];
+        let [value, by_s, by_t] = homogeneous_lanes::<M, N, STRIDE, S>(simd, self, st);
+        let first_three = |vector: [f64x8<S>; STRIDE]| Vector::new(vector[0], vector[1], vector[2]);
+        if STRIDE == RATIONAL {
+            let weight = value[RATIONAL - 1];
+            let position = Vector::new(value[0] / weight, value[1] / weight, value[2] / weight);
+            let [dp_ds, dp_dt] = [by_s, by_t].map(|slope| partial(slope, position, weight));
             PointLanes { position, dp_ds, dp_dt }
         } else {
-            let [value, by_s, by_t] = homogeneous_lanes::<M, N, POLYNOMIAL, S>(simd, self, st);
-            PointLanes {
-                position: Vector::new(value[0], value[1], value[2]),
-                dp_ds: Vector::new(by_s[0], by_s[1], by_s[2]),
-                dp_dt: Vector::new(by_t[0], by_t[1], by_t[2]),
-            }
+            PointLanes { position: first_three(value), dp_ds: first_three(by_s), dp_dt: first_three(by_t) }
         }
     }
 }
 
 /// A partial of a rational patch from that of its homogeneous value.
 #[inline(always)]
-fn partial<R: Real>(slope: [R; 4], position: Vector<R>, weight: R) -> Vector<R> {
+fn partial<R: Real, const K: usize>(slope: [R; K], position: Vector<R>, weight: R) -> Vector<R> {
     Vector::new(
-        (slope[0] - slope[3] * position.x) / weight,
-        (slope[1] - slope[3] * position.y) / weight,
-        (slope[2] - slope[3] * position.z) / weight,
+        (slope[0] - slope[K - 1] * position.x) / weight,
+        (slope[1] - slope[K - 1] * position.y) / weight,
+        (slope[2] - slope[K - 1] * position.z) / weight,
     )
 }
 
@@ -180,8 +186,9 @@ fn orders<const M: usize, const N: usize>(patch: &BezierPatch) -> [usize; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::lanes::with_vectors;
     use crate::test_support::Noise;
-    use fearless_simd::{Level, dispatch};
+    use fearless_simd::Level;
 
     #[test]
     fn every_twin_gives_the_bits_of_the_plain_one() {
@@ -197,9 +204,10 @@ mod tests {
                     let st: [DVec2; 8] =
                         std::array::from_fn(|_| DVec2::new(noise.next() + 0.5, noise.next() + 0.5));
                     let want = st.map(|st| patch.eval(st));
-                    let one = st.map(|st| dispatch!(level, simd => patch.with_orders(One(simd, &patch, st))));
+                    let one =
+                        st.map(|st| with_vectors!(level, simd => patch.with_orders(One(simd, &patch, st))));
                     assert_eq!(one, want, "{m} × {n}");
-                    let lanes = dispatch!(level, simd => patch.with_orders(Lanes(simd, &patch, st)));
+                    let lanes = with_vectors!(level, simd => patch.with_orders(Lanes(simd, &patch, st)));
                     assert_eq!(lanes, want.map(|point| point.position), "{m} × {n} in lanes");
                 }
             }
@@ -212,8 +220,8 @@ mod tests {
         type Output = PatchPoint;
 
         #[inline(always)]
-        fn run<const M: usize, const N: usize>(self) -> PatchPoint {
-            self.1.eval_one::<M, N, S>(self.0, self.2)
+        fn run<const M: usize, const N: usize, const STRIDE: usize>(self) -> PatchPoint {
+            self.1.eval_one::<M, N, STRIDE, S>(self.0, self.2)
         }
     }
 
@@ -223,11 +231,11 @@ mod tests {
         type Output = [DVec3; 8];
 
         #[inline(always)]
-        fn run<const M: usize, const N: usize>(self) -> [DVec3; 8] {
+        fn run<const M: usize, const N: usize, const STRIDE: usize>(self) -> [DVec3; 8] {
             let Self(simd, patch, st) = self;
             let s: f64x8<S> = st.map(|st| st.x).simd_into(simd);
             let t: f64x8<S> = st.map(|st| st.y).simd_into(simd);
-            let Vector { x, y, z } = patch.eval_lanes::<M, N, S>(simd, [s, t]).position;
+            let Vector { x, y, z } = patch.eval_lanes::<M, N, STRIDE, S>(simd, [s, t]).position;
             std::array::from_fn(|lane| DVec3::new(x[lane], y[lane], z[lane]))
         }
     }

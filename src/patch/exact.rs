@@ -50,6 +50,9 @@ pub trait ExactSurface: Send + Sync + std::fmt::Debug {
         self.sides(st, tolerance)[0]
     }
 
+    /// Whether its curved borders may be tears: if not, the surface goes on there without a gap.
+    fn may_be_torn(&self) -> bool;
+
     /// What of the rectangle `[low, high]` is inside the curved borders.
     fn overlap(&self, low: DVec2, high: DVec2) -> Overlap;
 

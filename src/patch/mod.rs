@@ -2,26 +2,36 @@
 
 mod bezier_patch;
 mod build;
+mod chart;
 mod compose;
 mod evaluate;
 mod exact;
+mod face;
 mod facet;
 mod interpolation;
+mod region;
+mod sheets;
+mod shell;
+mod topology;
 mod triangular;
 mod triangular_build;
-mod trim;
 
 pub(crate) use bezier_patch::Extent;
 pub use bezier_patch::{BezierPatch, PatchPoint};
-pub use build::{
-    BuildError, BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, TrimmedPatch, deform_polygons,
-};
+pub(crate) use build::deform_polygons_beside;
+pub use build::{BuildError, BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, deform_polygons};
+pub use chart::{Chart, ParameterFrame, Place};
 pub use compose::Composer;
 pub(crate) use evaluate::{OrderWork, PointLanes};
 pub use exact::{ExactSurface, Overlap};
+pub use face::Face;
 pub use facet::Facet;
 pub use interpolation::compose_by_interpolation;
+pub(crate) use region::{LineCuts, LoopCorner, RegionBuilder, doubled_area};
+pub use region::{Region, TrimLoop};
+pub use sheets::Sheets;
+pub use shell::Shell;
+
+pub use topology::{Corner, Edge, EdgeUse, Outline, Topology};
 pub use triangular::TriangularPatch;
 pub use triangular_build::{DeformedTriangles, TriangularPiece, deform_triangles};
-pub(crate) use trim::TrimBuilder;
-pub use trim::{TrimLoop, TrimRegion};

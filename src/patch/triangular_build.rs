@@ -4,14 +4,16 @@ use std::time::Instant;
 
 use glam::{DVec2, DVec3};
 
-use crate::math::polygon::Side;
 use crate::spline::{KnotBox, SplineVolume};
-use crate::subdivide::{Frame, cut_into_triangles};
+use crate::subdivide::{Frame, VertexNumbers, cut_into_triangles};
 
 use super::bezier_patch::BezierPatch;
-use super::build::{BuildError, BuildTimes, MAX_HALVINGS, PlanarPolygon, TrimmedPatch, half, short_knot_box};
+use super::build::{BuildError, BuildTimes, MAX_HALVINGS, PlanarPolygon, halves, short_knot_box};
+use super::chart::Chart;
+use super::face::Face;
+use super::region::{LineCuts, LoopCorner, Region, RegionBuilder};
+use super::shell::Shell;
 use super::triangular::TriangularPatch;
-use super::trim::{TrimBuilder, TrimRegion};
 
 /// A triangle of a polygon in one knot box, deformed.
 #[derive(Clone, Debug)]
@@ -23,6 +25,7 @@ pub struct TriangularPiece {
     /// The surface.
     pub patch: TriangularPatch,
     knot_box: Option<[u32; 3]>,
+    vertices: [u32; 3],
 }
 
 impl TriangularPiece {
@@ -37,6 +40,7 @@ impl TriangularPiece {
 pub struct DeformedTriangles {
     /// The patches, in the order of the polygons.
     pub pieces: Vec<TriangularPiece>,
+    numbers: VertexNumbers,
     /// Time spent.
     pub times: BuildTimes,
 }
@@ -64,8 +68,12 @@ pub fn deform_triangles(
     let mut pieces = Vec::with_capacity(cut.len());
     for index in 0..cut.len() {
         let piece = cut.piece(index);
-        let &[a, b, c] = cut.corners(index) else { continue };
-        let corners = obtuse_first([a, b, c]);
+        let (&[a, b, c], &[of_a, of_b, of_c]) = (cut.corners(index), cut.vertices(index)) else { continue };
+        let first = obtuse([a, b, c]);
+        let mut corners = [a, b, c];
+        let mut vertices = [of_a, of_b, of_c];
+        corners.rotate_left(first);
+        vertices.rotate_left(first);
         let patch = match (piece.knot_box, volume) {
             (Some(knot_box), Some(volume)) => TriangularPatch::composed(volume, knot_box, &corners),
             _ => TriangularPatch::flat(&corners),
@@ -74,20 +82,21 @@ pub fn deform_triangles(
             return Err(BuildError::NotFinite { face: polygons[piece.polygon as usize].face });
         }
         let knot_box = piece.knot_box.map(short_knot_box);
-        pieces.push(TriangularPiece { polygon: piece.polygon, corners, patch, knot_box });
+        pieces.push(TriangularPiece { polygon: piece.polygon, corners, patch, knot_box, vertices });
     }
-    Ok(DeformedTriangles { pieces, times: BuildTimes { subdivide, compose: started.elapsed() } })
+    let numbers = cut.numbers().clone();
+    Ok(DeformedTriangles { pieces, numbers, times: BuildTimes { subdivide, compose: started.elapsed() } })
 }
 
-/// The corners with that of the greatest angle first, so that the parallelogram is the one that reaches least far.
-fn obtuse_first([a, b, c]: [DVec3; 3]) -> [DVec3; 3] {
+/// The corner of the greatest angle: as the first of the parallelogram's it is the one from which that reaches least far.
+fn obtuse([a, b, c]: [DVec3; 3]) -> usize {
     let [of_a, of_b, of_c] = [(b, c), (c, a), (a, b)].map(|(from, to)| from.distance_squared(to));
     if of_a >= of_b.max(of_c) {
-        [a, b, c]
+        0
     } else if of_b >= of_c {
-        [b, c, a]
+        1
     } else {
-        [c, a, b]
+        2
     }
 }
 
@@ -108,34 +117,36 @@ impl DeformedTriangles {
     ///
     /// # Errors
     /// [`BuildError`] if a patch is not finite or does not reach positive weights.
-    pub fn trimmed_patches(
+    pub fn shell(
         &self,
         polygons: &[PlanarPolygon<'_>],
         volume: Option<&SplineVolume>,
-    ) -> Result<Vec<TrimmedPatch>, BuildError> {
+    ) -> Result<Shell, BuildError> {
         let lipschitz = volume.map_or(1.0, SplineVolume::lipschitz_bound);
         let least_weight = volume.filter(|volume| volume.is_rational()).map_or(1.0, |volume| {
             volume.control_points().iter().fold(f64::INFINITY, |least, point| least.min(point.w))
         });
-        let mut patches = Vec::with_capacity(self.pieces.len());
-        let mut trim = TrimBuilder::default();
+        let mut shell = Shell::new(self.numbers.clone());
+        let mut region = RegionBuilder::default();
         for piece in &self.pieces {
             let [a, b, c] = piece.corners;
             let frame = Frame { origin: a, s: b - a, t: c - a };
             let off_plane =
                 (frame.point(DVec2::X) - b).length().max((frame.point(DVec2::Y) - c).length()) * lipschitz;
             let face = polygons[piece.polygon as usize].face;
-            trim.push(piece.polygon, face, [DVec2::ZERO, DVec2::X, DVec2::Y]);
+            let corners = [DVec2::ZERO, DVec2::X, DVec2::Y].into_iter().zip(piece.vertices);
+            region.push(piece.polygon, face, corners.map(|(st, vertex)| LoopCorner { st, vertex }));
             let part = Part {
                 knot_box: piece.knot_box,
                 frame,
                 patch: piece.patch.to_tensor_product(),
                 boundary_error: off_plane + rounding(&piece.patch, least_weight),
-                trim: trim.finish(),
+                region: region.finish(),
             };
-            part.add_to(&mut patches, 0)?;
+            part.add_to(&mut shell, 0)?;
         }
-        Ok(patches)
+        shell.shrink();
+        Ok(shell)
     }
 }
 
@@ -155,29 +166,31 @@ struct Part {
     frame: Frame,
     patch: BezierPatch,
     boundary_error: f64,
-    trim: TrimRegion,
+    /// With the vertices of its corners.
+    region: (Region, Vec<u32>),
 }
 
 impl Part {
     /// Adds it to the patches, in halves while weights are not positive.
-    fn add_to(self, patches: &mut Vec<TrimmedPatch>, halvings: usize) -> Result<(), BuildError> {
-        let Self { knot_box, frame, patch, boundary_error, trim } = self;
-        let face = trim.loops()[0].face;
+    fn add_to(self, shell: &mut Shell, halvings: usize) -> Result<(), BuildError> {
+        let Self { knot_box, frame, patch, boundary_error, region: (region, vertices) } = self;
+        let face = region.trim_loop(0).face;
         if !patch.is_finite() {
             return Err(BuildError::NotFinite { face });
         }
         if patch.has_positive_weights() {
-            patches.push(TrimmedPatch { knot_box, frame, patch, trim, boundary_error, exact: None });
+            let chart = Chart::Plane(frame);
+            shell.push(Face { knot_box, chart, patch, region, boundary_error, exact: None }, &vertices);
             return Ok(());
         }
         if halvings == MAX_HALVINGS {
             return Err(BuildError::Weights { face });
         }
-        for side in [Side::Below, Side::Above] {
-            if let Some(([low, high], trim)) = half(&trim, halvings % 2, side) {
-                let (frame, patch) = (frame.restricted(low, high), patch.subpatch(low, high));
-                Self { knot_box, frame, patch, boundary_error, trim }.add_to(patches, halvings + 1)?;
-            }
+        let region = (&region, &*vertices);
+        let [below, above] = halves(region, halvings % 2, &mut LineCuts::new(shell.numbers_mut()));
+        for ([low, high], region) in [below, above].into_iter().flatten() {
+            let (frame, patch) = (frame.restricted(low, high), patch.subpatch(low, high));
+            Self { knot_box, frame, patch, boundary_error, region }.add_to(shell, halvings + 1)?;
         }
         Ok(())
     }
@@ -201,9 +214,9 @@ mod tests {
         let made = deform_triangles(&polygons, Some(&volume)).unwrap();
         assert_eq!((made.pieces.len(), made.control_points()), (60, 60 * 28));
         assert!(made.bytes() > 60 * 28 * 24);
-        let patches = made.trimmed_patches(&polygons, Some(&volume)).unwrap();
+        let patches = made.shell(&polygons, Some(&volume)).unwrap().into_faces();
         assert_eq!(patches.len(), 60);
-        assert!(patches.iter().all(|p| p.patch.degree() == [6, 6] && p.trim.loops().len() == 1));
+        assert!(patches.iter().all(|p| p.patch.degree() == [6, 6] && p.region.len() == 1));
     }
 
     #[test]
@@ -212,7 +225,7 @@ mod tests {
         let polygons = polygons(&triangles);
         let made = deform_triangles(&polygons, None).unwrap();
         assert_eq!((made.pieces.len(), made.control_points()), (12, 36));
-        assert!(made.trimmed_patches(&polygons, None).unwrap().iter().all(|p| p.knot_box().is_none()));
+        assert!(made.shell(&polygons, None).unwrap().faces().iter().all(|p| p.knot_box().is_none()));
     }
 
     #[test]
@@ -229,12 +242,12 @@ mod tests {
             let triangle = [std::array::from_fn(|_| noise.vector() + 0.5)];
             let polygons = polygons(&triangle);
             let made = deform_triangles(&polygons, Some(&volume)).unwrap();
-            let patches = made.trimmed_patches(&polygons, Some(&volume)).unwrap();
+            let patches = made.shell(&polygons, Some(&volume)).unwrap().into_faces();
             split += patches.len() - made.pieces.len();
             assert!(patches.iter().all(|p| p.patch.has_positive_weights()));
-            let area = |p: &TrimmedPatch| {
-                let scale = p.frame.s.cross(p.frame.t).length();
-                0.5 * scale * doubled_area(p.trim.corners(&p.trim.loops()[0]))
+            let area = |p: &Face| {
+                let [_, s, t] = p.chart.coordinates();
+                0.5 * s.cross(t).length() * doubled_area(p.region.all_corners())
             };
             let [a, b, c] = triangle[0];
             let want = 0.5 * (b - a).cross(c - a).length();

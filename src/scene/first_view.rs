@@ -52,7 +52,7 @@ pub(super) fn framing_camera(objects: &[TracedObject], [low, high]: [DVec3; 2]) 
     let slope = FILLED * libm::tan(0.5 * FOV.to_radians());
     let reach = |outward: DVec3| {
         let along = outward + slope * backward;
-        let farthest = objects.iter().map(|object| farthest_reach(&object.patches, along, SLACK * size));
+        let farthest = objects.iter().map(|object| farthest_reach(object.faces(), along, SLACK * size));
         farthest.fold(f64::NEG_INFINITY, f64::max) - along.dot(middle)
     };
     // of the planes through a camera at x, y and distance d from the middle: |x of a point - x| <= slope (d - its z)

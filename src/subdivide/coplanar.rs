@@ -198,7 +198,7 @@ mod tests {
 
     fn groups_of(polygons: &[Vec<DVec3>]) -> Vec<Group> {
         let list = polygons.iter().enumerate().map(|(i, p)| (u32::try_from(i).unwrap(), p.as_slice()));
-        let pieces = cut_at_knot_planes(list, None);
+        let pieces = cut_at_knot_planes(list, None, false);
         group_coplanar(&pieces, |id| polygons[id as usize].as_slice(), 2.0)
     }
 

@@ -4,11 +4,14 @@
 //! vertices close to a knot plane have been moved onto it.
 
 use std::cmp::Ordering;
+use std::collections::HashMap;
 
 use glam::DVec3;
 
 use crate::math::bounds;
 use crate::spline::{KnotBox, SplineVolume};
+
+use super::vertices::VertexNumbers;
 
 /// A coordinate this close to a knot, in parts of the lattice's diagonal, is taken to lie on it.
 ///
@@ -31,7 +34,32 @@ pub(crate) struct Piece {
 #[derive(Debug, Default)]
 pub(crate) struct Pieces {
     corners: Vec<DVec3>,
+    /// Of each corner.
+    vertices: Vec<u32>,
+    numbers: VertexNumbers,
     pieces: Vec<Piece>,
+}
+
+/// A point of a polygon, with the number of its vertex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Corner {
+    pub(super) place: DVec3,
+    pub(super) vertex: u32,
+}
+
+/// Numbers the corners of polygons: those at one place are one vertex.
+#[derive(Debug, Default)]
+pub(super) struct Numbering {
+    pub(super) numbers: VertexNumbers,
+    known: HashMap<[u64; 3], u32>,
+}
+
+impl Numbering {
+    pub(super) fn corner(&mut self, place: DVec3) -> Corner {
+        // -0 is 0
+        let bits = (place + DVec3::ZERO).to_array().map(f64::to_bits);
+        Corner { place, vertex: *self.known.entry(bits).or_insert_with(|| self.numbers.add()) }
+    }
 }
 
 impl Pieces {
@@ -51,9 +79,32 @@ impl Pieces {
         &self.corners[piece.start as usize..piece.end as usize]
     }
 
-    pub(super) fn push(&mut self, polygon: u32, knot_box: Option<KnotBox>, corners: &[DVec3]) {
+    /// The vertices of the corners of piece number `index`.
+    pub(crate) fn vertices(&self, index: usize) -> &[u32] {
+        let piece = &self.pieces[index];
+        &self.vertices[piece.start as usize..piece.end as usize]
+    }
+
+    /// The numbers that were given.
+    pub(crate) const fn numbers(&self) -> &VertexNumbers {
+        &self.numbers
+    }
+
+    pub(super) fn set_numbers(&mut self, numbers: VertexNumbers) {
+        self.numbers = numbers;
+    }
+
+    pub(super) fn push(
+        &mut self,
+        polygon: u32,
+        knot_box: Option<KnotBox>,
+        corners: impl IntoIterator<Item = Corner>,
+    ) {
         let start = self.corners.len();
-        self.corners.extend_from_slice(corners);
+        for Corner { place, vertex } in corners {
+            self.corners.push(place);
+            self.vertices.push(vertex);
+        }
         let index = |n: usize| u32::try_from(n).expect("fewer than 2^32 corners fit in memory");
         self.pieces.push(Piece { polygon, knot_box, start: index(start), end: index(self.corners.len()) });
     }
@@ -64,29 +115,34 @@ impl Pieces {
 /// Each piece lies in one closed knot box, or outside the lattice; pieces outside are split from the rest at the
 /// lattice's box and not cut further. A piece in a knot plane belongs to the box above, at the lattice's end to the
 /// last box. New corners on an edge that two polygons share are bit-identical in both, for they depend on the
-/// edge's end points alone. Without a volume every polygon is one piece outside.
+/// edge's end points alone; so are the numbers of their vertices. Without a volume every polygon is one piece outside.
+/// If it `shares_edges` with polygons that are cut apart from these, it is kept which vertices are inside of which edges.
 pub(crate) fn cut_at_knot_planes<'a>(
     polygons: impl Iterator<Item = (u32, &'a [DVec3])>,
     volume: Option<&SplineVolume>,
+    shares_edges: bool,
 ) -> Pieces {
     let mut pieces = Pieces::default();
     let Some(volume) = volume else {
+        let mut numbering = Numbering::default();
         for (polygon, corners) in polygons {
-            pieces.push(polygon, None, corners);
+            pieces.push(polygon, None, corners.iter().map(|&corner| numbering.corner(corner)));
         }
+        pieces.numbers = numbering.numbers;
         return pieces;
     };
-    let mut cutter = Cutter::new(volume);
+    let mut cutter = Cutter { shares_edges, ..Cutter::new(volume) };
     for (polygon, corners) in polygons {
         cutter.cut(polygon, corners, &mut pieces);
     }
+    pieces.numbers = cutter.numbering.numbers;
     pieces
 }
 
 /// A list of polygons, flat.
 #[derive(Debug, Default)]
 struct Polygons {
-    corners: Vec<DVec3>,
+    corners: Vec<Corner>,
     ends: Vec<usize>,
 }
 
@@ -96,20 +152,27 @@ impl Polygons {
         self.ends.clear();
     }
 
-    fn iter(&self) -> impl Iterator<Item = &[DVec3]> {
+    fn iter(&self) -> impl Iterator<Item = &[Corner]> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         starts.zip(&self.ends).map(|(start, &end)| &self.corners[start..end])
     }
 
-    /// Adds a polygon, without corners that equal their predecessor, unless too little is left of it.
-    fn push(&mut self, corners: &[DVec3]) {
+    /// Adds a polygon, without corners at the place of their predecessor, unless too little is left of it. The vertices of such
+    /// corners are one.
+    fn push(&mut self, corners: &[Corner], numbers: &mut VertexNumbers) {
         let start = self.corners.len();
         for &corner in corners {
-            if self.corners.len() == start || self.corners[self.corners.len() - 1] != corner {
-                self.corners.push(corner);
+            match self.corners[start..].last() {
+                Some(last) if last.place == corner.place => numbers.join(last.vertex, corner.vertex),
+                _ => self.corners.push(corner),
             }
         }
-        while self.corners.len() > start + 1 && self.corners[self.corners.len() - 1] == self.corners[start] {
+        while self.corners.len() > start + 1 {
+            let [first, last] = [self.corners[start], self.corners[self.corners.len() - 1]];
+            if first.place != last.place {
+                break;
+            }
+            numbers.join(first.vertex, last.vertex);
             self.corners.pop();
         }
         if self.corners.len() < start + 3 {
@@ -125,11 +188,16 @@ pub(super) struct Cutter<'a> {
     pub(super) volume: &'a SplineVolume,
     /// See [`SNAP`]; a length.
     pub(super) snap: f64,
+    pub(super) numbering: Numbering,
+    /// Whether polygons that others share edges with are cut apart from these.
+    shares_edges: bool,
+    /// The vertices where edges cross planes: of the edge's ends, the axis, and the plane's number.
+    crossings: HashMap<([u32; 2], usize, usize), u32>,
     current: Polygons,
     next: Polygons,
-    rest: Vec<DVec3>,
-    below: Vec<DVec3>,
-    above: Vec<DVec3>,
+    rest: Vec<Corner>,
+    below: Vec<Corner>,
+    above: Vec<Corner>,
 }
 
 impl<'a> Cutter<'a> {
@@ -138,6 +206,9 @@ impl<'a> Cutter<'a> {
         Self {
             volume,
             snap: SNAP * (high - low).length(),
+            numbering: Numbering::default(),
+            shares_edges: false,
+            crossings: HashMap::new(),
             current: Polygons::default(),
             next: Polygons::default(),
             rest: Vec::new(),
@@ -149,17 +220,17 @@ impl<'a> Cutter<'a> {
     fn cut(&mut self, polygon: u32, corners: &[DVec3], pieces: &mut Pieces) {
         self.rest.clear();
         for &corner in corners {
-            let snapped = self.snapped(corner);
+            let snapped = self.corner(corner);
             self.rest.push(snapped);
         }
         self.current.clear();
-        self.current.push(&self.rest);
+        self.current.push(&self.rest, &mut self.numbering.numbers);
         for axis in 0..3 {
             self.cut_axis(axis, polygon, pieces);
         }
         for piece in self.current.iter() {
-            let middle = middle(piece);
-            pieces.push(polygon, self.volume.knot_box(middle), piece);
+            let middle = middle(piece.iter().map(|corner| corner.place));
+            pieces.push(polygon, self.volume.knot_box(middle), piece.iter().copied());
         }
     }
 
@@ -172,62 +243,85 @@ impl<'a> Cutter<'a> {
         for corners in current.iter() {
             self.rest.clear();
             self.rest.extend_from_slice(corners);
-            let (min, max) = range(corners, axis);
-            for &plane in planes.iter().filter(|&&plane| min < plane && plane < max) {
-                self.split(axis, plane);
-                self.next.push(&self.below);
-                std::mem::swap(&mut self.rest, &mut self.above);
+            let (min, max) = range(corners.iter().map(|corner| corner.place), axis);
+            for (number, &plane) in planes.iter().enumerate() {
+                if min < plane && plane < max {
+                    self.split(axis, number);
+                    self.next.push(&self.below, &mut self.numbering.numbers);
+                    std::mem::swap(&mut self.rest, &mut self.above);
+                }
             }
-            let rest = std::mem::take(&mut self.rest);
-            self.next.push(&rest);
-            self.rest = rest;
+            self.next.push(&self.rest, &mut self.numbering.numbers);
         }
         self.current = current;
         self.current.clear();
         for corners in self.next.iter() {
-            let middle = middle(corners)[axis];
+            let middle = middle(corners.iter().map(|corner| corner.place))[axis];
             if middle < first || middle > last {
-                pieces.push(polygon, None, corners);
+                pieces.push(polygon, None, corners.iter().copied());
             } else {
-                self.current.push(corners);
+                self.current.push(corners, &mut self.numbering.numbers);
             }
         }
     }
 
     /// Splits `rest` into `below` and `above` the plane; corners in the plane go to both.
-    fn split(&mut self, axis: usize, plane: f64) {
+    fn split(&mut self, axis: usize, number: usize) {
+        let plane = self.volume.axes()[axis].breakpoints()[number];
         self.below.clear();
         self.above.clear();
         let count = self.rest.len();
         for i in 0..count {
             let (here, next) = (self.rest[i], self.rest[(i + 1) % count]);
-            let side = here[axis].total_cmp(&plane);
+            let side = here.place[axis].total_cmp(&plane);
             if side != Ordering::Greater {
                 self.below.push(here);
             }
             if side != Ordering::Less {
                 self.above.push(here);
             }
-            let next_side = next[axis].total_cmp(&plane);
+            let next_side = next.place[axis].total_cmp(&plane);
             if side != Ordering::Equal && next_side != Ordering::Equal && side != next_side {
-                let crossing = self.crossing(here, next, axis, plane);
+                let crossing = self.crossing([here, next], axis, number);
                 self.below.push(crossing);
                 self.above.push(crossing);
             }
         }
     }
 
-    /// The point of an edge in a plane: the same bits for both directions of the edge.
-    pub(super) fn crossing(&self, a: DVec3, b: DVec3, axis: usize, plane: f64) -> DVec3 {
-        let (a, b) = if a[axis] < b[axis] { (a, b) } else { (b, a) };
-        let fraction = (plane - a[axis]) / (b[axis] - a[axis]);
-        let mut point = self.snapped(a + fraction * (b - a));
-        point[axis] = plane;
-        point
+    /// The point of an edge in plane number `number` of an axis: the same bits, and the same vertex, for both directions of the
+    /// edge.
+    pub(super) fn crossing(&mut self, [a, b]: [Corner; 2], axis: usize, number: usize) -> Corner {
+        let plane = self.volume.axes()[axis].breakpoints()[number];
+        let (a, b) = if a.place[axis] < b.place[axis] { (a, b) } else { (b, a) };
+        let fraction = (plane - a.place[axis]) / (b.place[axis] - a.place[axis]);
+        let mut place = self.snapped(a.place + fraction * (b.place - a.place));
+        place[axis] = plane;
+        let ends = [a.vertex.min(b.vertex), a.vertex.max(b.vertex)];
+        // what is outside the box is not cut along the edges it has in the box's faces
+        let in_face = (0..3).filter(|&other| other != axis).any(|other| {
+            let planes = self.volume.axes()[other].breakpoints();
+            let along = a.place[other];
+            along == b.place[other] && (along == planes[0] || along == planes[planes.len() - 1])
+        });
+        let numbers = &mut self.numbering.numbers;
+        let vertex = *self.crossings.entry((ends, axis, number)).or_insert_with(|| {
+            if in_face || self.shares_edges {
+                numbers.add_on_edge([a.vertex, b.vertex], fraction)
+            } else {
+                numbers.add()
+            }
+        });
+        Corner { place, vertex }
+    }
+
+    /// A point of a polygon, moved onto knots that are close.
+    pub(super) fn corner(&mut self, point: DVec3) -> Corner {
+        self.numbering.corner(self.snapped(point))
     }
 
     /// The point with coordinates close to a knot moved onto it.
-    pub(super) fn snapped(&self, mut point: DVec3) -> DVec3 {
+    fn snapped(&self, mut point: DVec3) -> DVec3 {
         for (axis, knots) in self.volume.axes().iter().enumerate() {
             let planes = knots.breakpoints();
             let above = planes.partition_point(|&plane| plane < point[axis]);
@@ -243,15 +337,15 @@ impl<'a> Cutter<'a> {
 }
 
 /// Least and greatest coordinate of the corners.
-pub(super) fn range(corners: &[DVec3], axis: usize) -> (f64, f64) {
-    corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), corner| {
+pub(super) fn range(corners: impl IntoIterator<Item = DVec3>, axis: usize) -> (f64, f64) {
+    corners.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), corner| {
         (min.min(corner[axis]), max.max(corner[axis]))
     })
 }
 
 /// Middle of the corners' bounding box.
-pub(super) fn middle(corners: &[DVec3]) -> DVec3 {
-    let [min, max] = bounds::around(corners.iter().copied());
+pub(super) fn middle(corners: impl IntoIterator<Item = DVec3>) -> DVec3 {
+    let [min, max] = bounds::around(corners);
     min + 0.5 * (max - min)
 }
 
@@ -271,7 +365,7 @@ mod tests {
     }
 
     fn cut_one(corners: &[DVec3]) -> Pieces {
-        cut_at_knot_planes(std::iter::once((5, corners)), Some(&cube_volume()))
+        cut_at_knot_planes(std::iter::once((5, corners)), Some(&cube_volume()), false)
     }
 
     #[test]

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use crate::spline::SplineVolume;
 
-use super::cut::{Cutter, Pieces, middle, range};
+use super::cut::{Corner, Cutter, Numbering, Pieces, middle, range};
 
 /// Cuts convex polygons at the knot planes of a volume into triangles.
 ///
@@ -22,81 +22,96 @@ pub(crate) fn cut_into_triangles<'a>(
 ) -> Pieces {
     let mut pieces = Pieces::default();
     let Some(volume) = volume else {
+        let mut numbering = Numbering::default();
         for (polygon, corners) in polygons {
-            for triangle in fan(corners).filter(|triangle| is_wider(triangle, 0.0)) {
-                pieces.push(polygon, None, &triangle);
+            let corners: Vec<_> = corners.iter().map(|&corner| numbering.corner(corner)).collect();
+            for triangle in fan(&corners).filter(|triangle| is_wider(triangle, 0.0)) {
+                pieces.push(polygon, None, triangle);
             }
         }
+        pieces.set_numbers(numbering.numbers);
         return pieces;
     };
-    let cutter = Cutter::new(volume);
+    let mut cutter = Cutter::new(volume);
     let mut waiting = Vec::new();
+    let mut snapped = Vec::new();
     for (polygon, corners) in polygons {
-        for triangle in fan(corners) {
-            waiting.push(Uncut { corners: triangle.map(|corner| cutter.snapped(corner)), axis: 0, plane: 0 });
+        snapped.clear();
+        snapped.extend(corners.iter().map(|&corner| cutter.corner(corner)));
+        for corners in fan(&snapped) {
+            waiting.push(Uncut { corners, axis: 0, plane: 0 });
             while let Some(triangle) = waiting.pop() {
                 if is_wider(&triangle.corners, cutter.snap) {
-                    cut(&cutter, polygon, triangle, &mut waiting, &mut pieces);
+                    cut(&mut cutter, polygon, triangle, &mut waiting, &mut pieces);
                 }
             }
         }
     }
+    pieces.set_numbers(cutter.numbering.numbers);
     pieces
 }
 
 /// A triangle and the first plane that may cut it: of `axis`, number `plane`.
 struct Uncut {
-    corners: [DVec3; 3],
+    corners: [Corner; 3],
     axis: usize,
     plane: usize,
 }
 
 /// Cuts a triangle at the next plane through it, or adds it to the pieces if there is none.
 fn cut(
-    cutter: &Cutter<'_>,
+    cutter: &mut Cutter<'_>,
     polygon: u32,
     Uncut { corners, axis: first_axis, plane: mut first }: Uncut,
     waiting: &mut Vec<Uncut>,
     pieces: &mut Pieces,
 ) {
     let volume = cutter.volume;
+    let places = corners.map(|corner| corner.place);
     for axis in first_axis..3 {
         let planes = volume.axes()[axis].breakpoints();
-        let (min, max) = range(&corners, axis);
+        let (min, max) = range(places, axis);
         let next = first + planes[first..].partition_point(|&plane| plane <= min);
-        if let Some(&plane) = planes.get(next).filter(|&&plane| plane < max) {
-            split(cutter, corners, axis, plane, |corners| {
+        if planes.get(next).is_some_and(|&plane| plane < max) {
+            split(cutter, corners, axis, next, |corners| {
                 waiting.push(Uncut { corners, axis, plane: next + 1 });
             });
             return;
         }
         let middle = min + 0.5 * (max - min);
         if middle < planes[0] || middle > planes[planes.len() - 1] {
-            pieces.push(polygon, None, &corners);
+            pieces.push(polygon, None, corners);
             return;
         }
         first = 0;
     }
-    pieces.push(polygon, volume.knot_box(middle(&corners)), &corners);
+    pieces.push(polygon, volume.knot_box(middle(places)), corners);
 }
 
 /// Splits a triangle with corners on both sides of a plane, into two or three.
 ///
 /// The quadrilateral falls into the fan about the crossing that is met first, from the first corner on. That gives the
 /// published count for the unit cube, 60, where the shorter diagonals would give 48 and the longer ones 72.
-fn split(cutter: &Cutter<'_>, corners: [DVec3; 3], axis: usize, plane: f64, mut add: impl FnMut([DVec3; 3])) {
-    let side = |i: usize| corners[i % 3][axis].total_cmp(&plane);
+fn split(
+    cutter: &mut Cutter<'_>,
+    corners: [Corner; 3],
+    axis: usize,
+    plane: usize,
+    mut add: impl FnMut([Corner; 3]),
+) {
+    let value = cutter.volume.axes()[axis].breakpoints()[plane];
+    let side = |i: usize| corners[i % 3].place[axis].total_cmp(&value);
     let in_plane = (0..3).find(|&i| side(i).is_eq());
     let alone = || (0..3).find(|&i| side(i + 1) == side(i + 2));
     let apex = in_plane.or_else(alone).unwrap_or(0);
     let [a, b, c] = [0, 1, 2].map(|i| corners[(apex + i) % 3]);
     if in_plane.is_some() {
-        let crossing = cutter.crossing(b, c, axis, plane);
+        let crossing = cutter.crossing([b, c], axis, plane);
         add([a, b, crossing]);
         add([a, crossing, c]);
         return;
     }
-    let [after, before] = [b, c].map(|other| cutter.crossing(a, other, axis, plane));
+    let [after, before] = [b, c].map(|other| cutter.crossing([a, other], axis, plane));
     add([a, after, before]);
     if apex == 0 {
         add([after, b, c]);
@@ -108,12 +123,13 @@ fn split(cutter: &Cutter<'_>, corners: [DVec3; 3], axis: usize, plane: f64, mut 
 }
 
 /// The triangles of a convex polygon's fan about its first corner.
-fn fan(corners: &[DVec3]) -> impl Iterator<Item = [DVec3; 3]> {
+fn fan(corners: &[Corner]) -> impl Iterator<Item = [Corner; 3]> {
     corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]])
 }
 
 /// Whether a triangle is wider than a length across its longest edge.
-fn is_wider([a, b, c]: &[DVec3; 3], width: f64) -> bool {
+fn is_wider(corners: &[Corner; 3], width: f64) -> bool {
+    let [a, b, c] = corners.map(|corner| corner.place);
     let longest = (b - a).length().max((c - b).length()).max((a - c).length());
     (b - a).cross(c - a).length() > width * longest
 }

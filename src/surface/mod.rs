@@ -1,15 +1,16 @@
 //! Stage 4b: parametric surfaces as Bézier patches, exactly.
 
 mod basis;
+mod seam;
 mod shapes;
 
 use glam::{DVec2, DVec3, DVec4};
 use thiserror::Error;
 
 use crate::math::bernstein::MAX_DEGREE;
-use crate::patch::{BezierPatch, TrimmedPatch};
-use crate::subdivide::Frame;
+use crate::patch::{BezierPatch, Chart, Face, ParameterFrame, Shell};
 use basis::KnotAxis;
+use seam::grid_shell;
 
 pub use shapes::Shape;
 
@@ -172,12 +173,15 @@ impl SplineSurface {
     }
 
     /// The surface as Bézier patches, one for each pair of knot intervals in the domain: their control points are the polar
-    /// forms at the intervals' ends (Ramshaw 1989, *Blossoms are polar forms*). A patch's frame takes its unit square to its
+    /// forms at the intervals' ends (Ramshaw 1989, *Blossoms are polar forms*). A face's chart takes its unit square to its
     /// rectangle of (u, v), and all of it is surface.
+    ///
+    /// Faces share the vertices of the knot lines between them; of a surface that closes upon itself also those of its seam, and
+    /// where a side of the domain is one point it is one vertex.
     #[must_use]
-    pub fn patches(&self) -> Vec<TrimmedPatch> {
+    pub fn shell(&self) -> Shell {
         let [intervals_u, intervals_v] = [0, 1].map(|axis| self.axes[axis].intervals(self.domain[axis]));
-        let mut patches = Vec::new();
+        let mut faces = Vec::new();
         for (span_u, low_u, high_u) in &intervals_u {
             let rows = self.axes[0].bezier_rows(*span_u, [*low_u, *high_u]);
             for (span_v, low_v, high_v) in &intervals_v {
@@ -187,15 +191,15 @@ impl SplineSurface {
                     .flat_map(|a| columns.iter().map(|b| self.combine([*span_u, *span_v], a, b)))
                     .collect();
                 let degree = [self.axes[0].degree(), self.axes[1].degree()];
-                let frame = Frame {
-                    origin: DVec3::new(*low_u, *low_v, 0.0),
-                    s: DVec3::new(high_u - low_u, 0.0, 0.0),
-                    t: DVec3::new(0.0, high_v - low_v, 0.0),
-                };
-                patches.push(TrimmedPatch::untrimmed(frame, BezierPatch::new(degree, control_points)));
+                let chart = Chart::Parameters(ParameterFrame {
+                    origin: DVec2::new(*low_u, *low_v),
+                    s: DVec2::new(high_u - low_u, 0.0),
+                    t: DVec2::new(0.0, high_v - low_v),
+                });
+                faces.push(Face::untrimmed(chart, BezierPatch::new(degree, control_points)));
             }
         }
-        patches
+        grid_shell(faces, [intervals_u.len(), intervals_v.len()])
     }
 }
 

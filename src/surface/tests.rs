@@ -13,10 +13,10 @@ fn places(noise: &mut Noise, surface: &SplineSurface) -> Vec<DVec2> {
 
 /// Every patch is the surface on its rectangle.
 fn assert_patches(surface: &SplineSurface, noise: &mut Noise) {
-    for trimmed in surface.patches() {
+    for trimmed in surface.shell().faces() {
         for _ in 0..20 {
             let st = DVec2::new(noise.next() + 0.5, noise.next() + 0.5);
-            let want = surface.eval(trimmed.frame.point(st).truncate());
+            let want = surface.eval(trimmed.chart.place(st).coordinates().truncate());
             let got = trimmed.patch.eval(st).position;
             assert!(got.distance(want) < 1e-14 * (1.0 + want.length()), "{st}: {got}, want {want}");
         }
@@ -47,7 +47,7 @@ fn shapes_are_what_they_are_called() {
     ];
     for (shape, count, off) in shapes {
         let surface = shape.surface().unwrap();
-        assert_eq!(surface.patches().len(), count, "{shape:?}");
+        assert_eq!(surface.shell().faces().len(), count, "{shape:?}");
         assert_patches(&surface, &mut noise);
         for uv in places(&mut noise, &surface) {
             assert!(
@@ -65,11 +65,11 @@ fn shapes_are_what_they_are_called() {
 fn normals_point_outwards() {
     let sphere = Shape::Sphere { center: DVec3::ZERO, radius: 2.0 }.surface().unwrap();
     let torus = Shape::Torus { center: DVec3::ZERO, axis: DVec3::Z, major_radius: 3.0, minor_radius: 1.0 };
-    for trimmed in sphere.patches() {
+    for trimmed in sphere.shell().faces() {
         let point = trimmed.patch.eval(DVec2::new(0.4, 0.6));
         assert!(point.normal().distance(point.position / 2.0) < 1e-14);
     }
-    for trimmed in torus.surface().unwrap().patches() {
+    for trimmed in torus.surface().unwrap().shell().faces() {
         let point = trimmed.patch.eval(DVec2::new(0.4, 0.6));
         let ring = point.position.reject_from(DVec3::Z).normalize() * 3.0;
         assert!(point.normal().distance(point.position - ring) < 1e-13);
@@ -87,10 +87,10 @@ fn splines_with_uneven_knots_are_their_patches() {
             if rational { points.iter().map(|_| 1.0 + noise.next()).collect() } else { Vec::new() };
         let surface = SplineSurface::try_new([2, 3], [knots_u, knots_v], &points, &weights).unwrap();
         assert_eq!(surface.domain(), [[0.0, 2.5], [3.0, 5.0]]);
-        assert_eq!(surface.patches().len(), 3 * 2);
+        assert_eq!(surface.shell().faces().len(), 3 * 2);
         assert_patches(&surface, &mut noise);
         // neighbours meet
-        let patches = surface.patches();
+        let patches = surface.shell().into_faces();
         for t in [0.0, 0.3, 1.0] {
             let a = patches[0].patch.eval(DVec2::new(1.0, t)).position;
             let b = patches[2].patch.eval(DVec2::new(0.0, t)).position;

@@ -12,11 +12,7 @@ use glam::DVec2;
 use super::corners::{Mesh, Triangle};
 use super::refine::{Refinement, edges_of, ordered};
 use super::{TessellateError, index};
-use crate::math::polygon;
-use crate::patch::TrimmedPatch;
-
-/// Parameters this close to a border are on it, in parts of a cell: far above rounding, far below what a triangle shows.
-const ON_BORDER: f64 = 1e-7;
+use crate::patch::Sheets;
 
 /// Most rounds of halving before triangles are cut: where more than two sheets meet, no halving would do.
 const MAX_ROUNDS: usize = 6;
@@ -24,63 +20,17 @@ const MAX_ROUNDS: usize = 6;
 /// Steps along each side of the grids of points at which sheets are told apart.
 const STEPS: u32 = 8;
 
-/// Bisections of a border's place between two points: to the rounding of parameters.
-const BISECTIONS: usize = 52;
-
 /// How far from an edge a border may be in its middle, in parts of its length, for the triangle to be cut along the edge.
 const STRAIGHT: f64 = 0.15;
-
-/// The sheet that holds a place, by number.
-fn owner(sheets: &[TrimmedPatch], st: DVec2) -> usize {
-    let holder = |tolerance: f64| sheets.iter().position(|sheet| sheet.holds(st, DVec2::splat(tolerance)));
-    holder(0.0).or_else(|| holder(ON_BORDER)).unwrap_or(0)
-}
-
-/// All sheets that hold a place or have it on their border, by bits; all of them if rounding leaves none.
-fn owners(sheets: &[TrimmedPatch], st: DVec2) -> u32 {
-    let holds = |sheet: &TrimmedPatch| sheet.holds(st, DVec2::splat(ON_BORDER));
-    let bits = (0..).zip(sheets).fold(0, |bits, (number, sheet)| bits | u32::from(holds(sheet)) << number);
-    if bits == 0 { u32::MAX } else { bits }
-}
-
-/// Between two places of different owners, how far from the first to the second its owner changes.
-fn crossing(sheets: &[TrimmedPatch], [from, to]: [DVec2; 2]) -> f64 {
-    let own = owner(sheets, from);
-    let (mut inside, mut outside) = (0.0, 1.0);
-    for _ in 0..BISECTIONS {
-        let middle = 0.5 * (inside + outside);
-        if owner(sheets, from.lerp(to, middle)) == own { inside = middle } else { outside = middle }
-    }
-    0.5 * (inside + outside)
-}
-
-/// The place on a border nearest to a place beside it, across an edge that has its ends on the border; `None` if there is none within
-/// half the edge's length. It is the same seen from both sides.
-pub(super) fn on_border(sheets: &[TrimmedPatch], [from, to]: [DVec2; 2], st: DVec2) -> Option<DVec2> {
-    let is_reversed = (to.x, to.y) < (from.x, from.y);
-    let across = if is_reversed { (from - to).perp() } else { (to - from).perp() };
-    let own = owner(sheets, st);
-    let mut last = 0.0;
-    for step in 1..=STEPS {
-        let next = 0.5 * f64::from(step) / f64::from(STEPS);
-        for sign in [1.0, -1.0] {
-            let ends = [last, next].map(|part| st + sign * part * across);
-            if owner(sheets, ends[1]) != own && owner(sheets, ends[0]) == own {
-                return Some(ends[0].lerp(ends[1], crossing(sheets, ends)));
-            }
-        }
-        last = next;
-    }
-    None
-}
 
 /// Cuts triangles along the borders of sheets that are apart there.
 ///
 /// # Errors
 /// If there are too many triangles, or on cancellation.
 pub(super) fn cut_along_tears(refinement: &mut Refinement<'_>) -> Result<(), TessellateError> {
+    let mesh = &refinement.mesh;
     let torn: Vec<bool> =
-        (0..refinement.mesh.parts.len()).map(|part| is_torn(&refinement.mesh, part)).collect();
+        mesh.parts.iter().map(|part| part.sheets.are_torn(part.outline, mesh.same_position)).collect();
     if !torn.contains(&true) {
         return Ok(());
     }
@@ -102,37 +52,16 @@ pub(super) fn cut_along_tears(refinement: &mut Refinement<'_>) -> Result<(), Tes
     Ok(())
 }
 
-/// Whether two sheets over a part are apart where they meet.
-fn is_torn(mesh: &Mesh<'_>, part: usize) -> bool {
-    let part = &mesh.parts[part];
-    let sheets = part.sheets;
-    let (true, Some([low, high])) = (sheets.len() > 1, polygon::bounds(part.outline.iter().copied())) else {
-        return false;
-    };
-    let at = |i: u32, j: u32| low + (high - low) * DVec2::new(i.into(), j.into()) / f64::from(2 * STEPS);
-    let is_apart = |ends: [DVec2; 2]| {
-        let [a, b] = ends.map(|st| owner(sheets, st));
-        a != b && {
-            let st = ends[0].lerp(ends[1], crossing(sheets, ends));
-            let [a, b] = [a, b].map(|sheet| sheets[sheet].eval(st).position);
-            a.distance(b) > mesh.same_position
-        }
-    };
-    (0..2 * STEPS).any(|i| {
-        (0..2 * STEPS).any(|j| is_apart([at(i, j), at(i + 1, j)]) || is_apart([at(i, j), at(i, j + 1)]))
-    })
-}
-
 /// Whether a triangle is in one sheet, or a border crosses it once and nearly straight.
-fn is_simple(sheets: &[TrimmedPatch], corners: [DVec2; 3]) -> bool {
+fn is_simple(sheets: Sheets<'_>, corners: [DVec2; 3]) -> bool {
     let [a, b, c] = corners;
-    let at_corners = corners.map(|corner| owners(sheets, corner));
+    let at_corners = corners.map(|corner| sheets.holders(corner));
     let mut common = u32::MAX;
     let mut all = 0;
     for i in 0..=STEPS {
         for j in 0..=STEPS - i {
             let [v, w] = [i, j].map(|k| f64::from(k) / f64::from(STEPS));
-            let here = owners(sheets, a * (1.0 - v - w) + b * v + c * w);
+            let here = sheets.holders(a * (1.0 - v - w) + b * v + c * w);
             common &= here;
             all |= if here.count_ones() == 1 { here } else { 0 };
         }
@@ -143,14 +72,14 @@ fn is_simple(sheets: &[TrimmedPatch], corners: [DVec2; 3]) -> bool {
     let mut ends: Vec<DVec2> = Vec::new();
     for edge in 0..3 {
         let (from, to) = (corners[edge], corners[(edge + 1) % 3]);
-        let along = |step: u32| owner(sheets, from.lerp(to, (f64::from(step) + 0.5) / f64::from(STEPS)));
+        let along = |step: u32| sheets.holder(from.lerp(to, (f64::from(step) + 0.5) / f64::from(STEPS)));
         let changes = (1..STEPS).filter(|&step| along(step) != along(step - 1)).count();
         let is_crossed = at_corners[edge] & at_corners[(edge + 1) % 3] == 0;
         if changes > 1 || (changes == 1 && !is_crossed) {
             return false;
         }
         if is_crossed {
-            ends.push(from.lerp(to, crossing(sheets, [from, to])));
+            ends.push(from.lerp(to, sheets.crossing([from, to])));
         }
     }
     if let ([_], Some(corner)) = (&*ends, (0..3).find(|&i| at_corners[i].count_ones() > 1)) {
@@ -159,7 +88,8 @@ fn is_simple(sheets: &[TrimmedPatch], corners: [DVec2; 3]) -> bool {
     let [from, to] = *ends else { return false };
     let middle = 0.5 * (from + to);
     all.count_ones() == 2
-        && on_border(sheets, [from, to], middle)
+        && sheets
+            .on_border([from, to], middle)
             .is_some_and(|place| place.distance(middle) <= STRAIGHT * from.distance(to))
 }
 
@@ -170,9 +100,9 @@ fn crossings(mesh: &Mesh<'_>, torn: &[bool]) -> HashMap<[u32; 2], f64> {
         let sheets = mesh.sheets(triangle);
         for (edge, vertices) in edges_of(triangle.vertices).into_iter().enumerate() {
             let [from, to] = [triangle.st[edge], triangle.st[(edge + 1) % 3]];
-            if owners(sheets, from) & owners(sheets, to) == 0 {
+            if sheets.holders(from) & sheets.holders(to) == 0 {
                 let ends = if vertices[0] < vertices[1] { [from, to] } else { [to, from] };
-                found.entry(ordered(vertices)).or_insert_with(|| crossing(sheets, ends));
+                found.entry(ordered(vertices)).or_insert_with(|| sheets.crossing(ends));
             }
         }
     }
@@ -200,7 +130,7 @@ fn assign(mesh: &mut Mesh<'_>, torn: &[bool]) {
             triangle.on_border[edge] = other.is_some_and(|&other| other != sheet);
         }
         for corner in 0..3 {
-            let position = mesh.sheets(triangle)[sheet].eval(triangle.st[corner]).position;
+            let position = mesh.sheets(triangle).faces()[sheet].eval(triangle.st[corner]).position;
             let first = triangle.vertices[corner];
             let known = std::iter::once(&first).chain(others.get(&first).into_iter().flatten());
             let is_same =
@@ -214,7 +144,7 @@ fn assign(mesh: &mut Mesh<'_>, torn: &[bool]) {
         }
         triangle.part = *sides.entry((triangle.part, sheet)).or_insert_with(|| {
             let mut side = mesh.parts[triangle.part as usize].clone();
-            side.patch = &side.sheets[sheet];
+            side.patch = &side.sheets.faces()[sheet];
             side.is_side = true;
             mesh.parts.push(side);
             index(mesh.parts.len() - 1)
@@ -224,13 +154,13 @@ fn assign(mesh: &mut Mesh<'_>, torn: &[bool]) {
 }
 
 /// The sheet of a triangle: one that all its corners have, and its middle if possible.
-fn sheet_of(sheets: &[TrimmedPatch], triangle: &Triangle) -> usize {
-    let common = triangle.st.iter().fold(u32::MAX, |common, &st| common & owners(sheets, st));
-    let middle = owner(sheets, triangle.st.iter().sum::<DVec2>() / 3.0);
+fn sheet_of(sheets: Sheets<'_>, triangle: &Triangle) -> usize {
+    let common = triangle.st.iter().fold(u32::MAX, |common, &st| common & sheets.holders(st));
+    let middle = sheets.holder(triangle.st.iter().sum::<DVec2>() / 3.0);
     let is_common = |sheet: usize| common >> sheet & 1 == 1;
     if is_common(middle) {
         middle
     } else {
-        (0..sheets.len()).find(|&sheet| is_common(sheet)).unwrap_or(middle)
+        (0..sheets.faces().len()).find(|&sheet| is_common(sheet)).unwrap_or(middle)
     }
 }

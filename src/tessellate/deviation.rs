@@ -2,7 +2,6 @@
 
 use glam::{DVec2, DVec3};
 
-use super::border::on_border;
 use super::corners::Part;
 use crate::math::polygon;
 
@@ -94,7 +93,7 @@ pub(super) fn distances(
     let from_line = |weights: DVec3, edge: usize| {
         let at = weights.x * st[0] + weights.y * st[1] + weights.z * st[2];
         let [from, along] = [corners[edge], (corners[(edge + 1) % 3] - corners[edge]).normalize_or_zero()];
-        let at = if along_tear[edge] { on_border(part.sheets, ends(edge), at).unwrap_or(at) } else { at };
+        let at = if along_tear[edge] { part.sheets.on_border(ends(edge), at).unwrap_or(at) } else { at };
         (part.eval(at).position - from).cross(along).length()
     };
     let steps = if is_first { FIRST_STEPS } else { STEPS };

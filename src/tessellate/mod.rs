@@ -1,7 +1,7 @@
 //! Beside the pipeline: deformed objects as triangles, without cracks, for other programs.
 //!
 //! Sub-polygons are triangulated in the patches' parameters, and edges are halved until the triangles are close enough.
-//! Corners are the same where they are the same on the undeformed and on the deformed object, and an edge is halved in all
+//! Corners are the same where the shell's vertices are, and an edge is halved in all
 //! triangles that have it, so neighbours share every vertex. Where the exact surface is torn (parts outside the lattice's
 //! box beside moved ones) its two sides stay apart.
 
@@ -18,7 +18,7 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 use thiserror::Error;
 
-use crate::patch::{Facet, TrimmedPatch};
+use crate::patch::{Facet, Shell};
 use crate::trace::TracedObject;
 use border::cut_along_tears;
 use corners::base_mesh;
@@ -83,10 +83,10 @@ pub fn tessellate(
     fineness: Fineness,
     cancel: &AtomicBool,
 ) -> Result<Tessellation, TessellateError> {
-    let mesh = base_mesh(&object.patches);
+    let mesh = base_mesh(&object.shell);
     let has_uvs = mesh.triangles.first().is_some_and(|triangle| {
         let part = &mesh.parts[triangle.part as usize];
-        object.attributes.uv(part.polygon, part.patch.frame.point(triangle.st[0])).is_finite()
+        object.attributes.uv(part.polygon, part.patch.chart.place(triangle.st[0])).is_finite()
     });
     let mut refinement = Refinement::new(mesh, has_uvs, cancel);
     cut_along_tears(&mut refinement)?;
@@ -109,12 +109,8 @@ pub fn tessellate(
 ///
 /// # Errors
 /// As [`tessellate`].
-pub fn facets(
-    patches: &[TrimmedPatch],
-    tolerance: f64,
-    cancel: &AtomicBool,
-) -> Result<Vec<Facet>, TessellateError> {
-    let mut refinement = Refinement::new(base_mesh(patches), false, cancel);
+pub fn facets(shell: &Shell, tolerance: f64, cancel: &AtomicBool) -> Result<Vec<Facet>, TessellateError> {
+    let mut refinement = Refinement::new(base_mesh(shell), false, cancel);
     cut_along_tears(&mut refinement)?;
     refinement.refine_to(tolerance)?;
     let mesh = &refinement.mesh;
@@ -123,11 +119,12 @@ pub fn facets(
         Facet {
             polygon: part.polygon,
             face: part.face,
-            rest: triangle.st.map(|st| part.patch.frame.point(st)),
+            rest: triangle.st.map(|st| part.patch.chart.place(st)),
             corners: triangle.vertices.map(|vertex| mesh.positions[vertex as usize]),
+            vertices: triangle.vertices,
         }
     };
-    Ok(mesh.triangles.iter().map(facet).collect())
+    Ok(mesh.triangles.iter().filter(|triangle| triangle.has_sides()).map(facet).collect())
 }
 
 /// The triangles with the attributes of their vertices, and without vertices that no triangle has.
@@ -135,11 +132,11 @@ fn finished(object: &TracedObject, refinement: &Refinement<'_>, deviation: f64) 
     let mesh = &refinement.mesh;
     let uv_at = |part: u32, st: DVec2| {
         let part = &mesh.parts[part as usize];
-        object.attributes.uv(part.polygon, part.patch.frame.point(st))
+        object.attributes.uv(part.polygon, part.patch.chart.place(st))
     };
     let normal_at = |part: u32, st: DVec2| {
         let part = &mesh.parts[part as usize];
-        object.attributes.normal(part.polygon, part.patch.frame.point(st), part.patch.knot_box())
+        object.attributes.normal(part.polygon, part.patch.chart.place(st), part.patch.knot_box())
     };
     // an object has attributes if any of its corners has
     let any = |has: &dyn Fn(u32, DVec2) -> bool| {
@@ -150,7 +147,8 @@ fn finished(object: &TracedObject, refinement: &Refinement<'_>, deviation: f64) 
     let mut made = Tessellation { deviation, ..Tessellation::default() };
     let mut numbers: HashMap<(u32, [u32; 5]), u32> = HashMap::new();
     made.triangles.reserve(mesh.triangles.len());
-    for triangle in &mesh.triangles {
+    // at a pole triangles have a side that is a point
+    for triangle in mesh.triangles.iter().filter(|triangle| triangle.has_sides()) {
         made.triangles.push([0, 1, 2].map(|corner| {
             let (vertex, st) = (triangle.vertices[corner], triangle.st[corner]);
             let uv = if has_uvs { uv_at(triangle.part, st) } else { DVec2::ZERO };

@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::{DVec2, DVec3};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use super::border::on_border;
 use super::corners::{Mesh, Triangle};
 use super::deviation::{Distances, distances};
 use super::{MAX_TRIANGLES, TessellateError, index};
@@ -152,7 +151,7 @@ impl<'a> Refinement<'a> {
         if fraction == 0.5 {
             let middle = 0.5 * (from + to);
             let moved =
-                triangle.on_border[edge].then(|| on_border(self.mesh.sheets(triangle), [from, to], middle));
+                triangle.on_border[edge].then(|| self.mesh.sheets(triangle).on_border([from, to], middle));
             return moved.flatten().unwrap_or(middle);
         }
         let [first, second] = [triangle.vertices[edge], triangle.vertices[(edge + 1) % 3]];

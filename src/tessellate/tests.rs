@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 
 use super::*;
-use crate::patch::{Deformation, DeformedPolygons, PlanarPolygon, TrimmedPatch, deform_polygons};
+use crate::patch::{Deformation, DeformedPolygons, Place, PlanarPolygon, Shell, deform_polygons};
 use crate::spline::KnotBox;
 use crate::spline::{Axis, ControlLattice, SplineVolume};
 use crate::subdivide::FrameChoice;
@@ -12,8 +12,8 @@ use crate::surface::Shape;
 use crate::test_support::{Noise, ball_triangles, cube_triangles, deform, random_volume};
 use crate::trace::{NoAttributes, VertexAttributes};
 
-fn object(patches: Vec<TrimmedPatch>) -> TracedObject {
-    TracedObject { name: "test".into(), patches, attributes: Box::new(NoAttributes) }
+fn object(shell: Shell) -> TracedObject {
+    TracedObject { name: "test".into(), shell, attributes: Box::new(NoAttributes) }
 }
 
 fn made(object: &TracedObject, fineness: Fineness) -> Tessellation {
@@ -79,7 +79,7 @@ fn solids_partly_outside_the_lattice_stay_closed() {
     // the pieces outside are not cut at the knot planes, so their edges have corners of pieces inside on them
     for solid in [cube_triangles(), ball_triangles()] {
         let object = object(deform(&solid, Some(&held_volume()), FrameChoice::default()));
-        assert!(object.patches.iter().any(|patch| patch.knot_box().is_none()));
+        assert!(object.faces().iter().any(|patch| patch.knot_box().is_none()));
         for fineness in [Fineness::Level(0), Fineness::Level(2), Fineness::Tolerance(1e-4)] {
             assert_closed(&made(&object, fineness), &format!("{fineness:?}"));
         }
@@ -111,9 +111,9 @@ fn patches_halved_for_their_weights_stay_closed() {
         }
         let volume = lattice.volume().unwrap();
         let deformation = Deformation { volume: Some(&volume), ..Deformation::default() };
-        let DeformedPolygons { patches, subpolygons, .. } = deform_polygons(&polygons, deformation).unwrap();
-        halved += patches.iter().map(|patch| patch.trim.loops().len()).sum::<usize>() - subpolygons;
-        assert_closed(&made(&object(patches), Fineness::Level(1)), "halved");
+        let DeformedPolygons { shell, subpolygons, .. } = deform_polygons(&polygons, deformation).unwrap();
+        halved += shell.faces().iter().map(|face| face.region.len()).sum::<usize>() - subpolygons;
+        assert_closed(&made(&object(shell), Fineness::Level(1)), "halved");
     }
     assert!(halved > 0, "the weights are extreme enough");
 }
@@ -203,16 +203,17 @@ fn torn_surfaces_stay_apart() {
 struct Planar;
 
 impl VertexAttributes for Planar {
-    fn uv(&self, polygon: u32, rest: DVec3) -> DVec2 {
+    fn uv(&self, polygon: u32, place: Place) -> DVec2 {
+        let rest = place.coordinates();
         DVec2::new(rest.x + f64::from(polygon % 2), rest.y)
     }
 
-    fn uv_gradients(&self, _polygon: u32, _rest: DVec3) -> Option<[DVec3; 2]> {
+    fn uv_gradients(&self, _polygon: u32, _place: Place) -> Option<[DVec3; 2]> {
         Some([DVec3::X, DVec3::Y])
     }
 
-    fn normal(&self, _polygon: u32, rest: DVec3, _knot_box: Option<KnotBox>) -> Option<DVec3> {
-        (rest.x > 0.5).then_some(DVec3::Z)
+    fn normal(&self, _polygon: u32, place: Place, _knot_box: Option<KnotBox>) -> Option<DVec3> {
+        (place.coordinates().x > 0.5).then_some(DVec3::Z)
     }
 }
 
@@ -251,7 +252,7 @@ fn work_that_cannot_be_done_is_refused() {
 fn triangles_beside_a_curved_edge_are_near_the_surface() {
     // about the circle where a torus stands, triangles within the circle's plane are tangent to it, but far from it
     let torus = Shape::Torus { center: DVec3::ZERO, axis: DVec3::Z, major_radius: 2.0, minor_radius: 0.8 };
-    let object = object(torus.surface().unwrap().patches());
+    let object = object(torus.surface().unwrap().shell());
     for tolerance in [1e-2, 1e-3] {
         let mesh = made(&object, Fineness::Tolerance(tolerance));
         let off = |p: DVec3| {

@@ -4,7 +4,7 @@
 use glam::DVec2;
 
 use crate::math::bernstein;
-use crate::patch::TrimmedPatch;
+use crate::patch::Face;
 
 use super::Ray;
 use super::projection::{AcrossRay, ProjectedNet, excludes_zero, range};
@@ -21,7 +21,7 @@ pub fn closest_hit_by_subdivision(scene: &TracedScene, ray: &Ray, border: f64) -
     let across = AcrossRay::new(ray);
     let mut net = ProjectedNet::default();
     let mut closest = f64::INFINITY;
-    for trimmed in scene.objects().iter().flat_map(|object| &object.patches) {
+    for trimmed in scene.objects().iter().flat_map(|object| object.faces()) {
         let extent = trimmed.patch.extent();
         net.project(&trimmed.patch, &across, across.rounding(extent.magnitude, extent.greatest_weight));
         if !net.misses() {
@@ -35,7 +35,7 @@ pub fn closest_hit_by_subdivision(scene: &TracedScene, ray: &Ray, border: f64) -
 
 struct Subdivision<'a> {
     ray: &'a Ray,
-    trimmed: &'a TrimmedPatch,
+    trimmed: &'a Face,
     margin: f64,
     border: f64,
     closest: f64,
@@ -74,7 +74,7 @@ impl Subdivision<'_> {
     }
 
     fn accept(&mut self, st: DVec2) {
-        if self.trimmed.trim.find(st, DVec2::splat(self.border)).is_none()
+        if self.trimmed.region.find(st, DVec2::splat(self.border)).is_none()
             || !self.trimmed.holds(st, DVec2::splat(self.border))
         {
             return;

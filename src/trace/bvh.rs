@@ -381,7 +381,8 @@ fn each(v: DVec3, round: fn(f64) -> f32) -> Vec3A {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
+    use crate::math::lanes::with_vectors;
+    use fearless_simd::Level;
 
     use super::*;
     use crate::test_support::Noise;
@@ -391,7 +392,7 @@ mod tests {
     fn visited(bvh: &Bvh, ray: &LocalRay, boxes: usize) -> Vec<bool> {
         let mut visited = vec![false; boxes];
         let mut stack = Stack::default();
-        dispatch!(Level::new(), simd => bvh.traverse(simd, (ray, [0.0, f64::INFINITY]), &mut stack, |index, t_max| {
+        with_vectors!(Level::new(), simd => bvh.traverse(simd, (ray, [0.0, f64::INFINITY]), &mut stack, |index, t_max| {
             visited[index] = true;
             t_max
         }));

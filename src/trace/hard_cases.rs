@@ -10,7 +10,7 @@ mod planted;
 
 use glam::{DVec2, DVec3, DVec4};
 
-use crate::patch::{BezierPatch, TrimmedPatch};
+use crate::patch::{BezierPatch, Face};
 use crate::subdivide::FrameChoice;
 use crate::test_support::{Noise, deform, scene_of};
 
@@ -30,11 +30,11 @@ const SQUARE: [f64; 3] = [1.0, -1.0, 1.0];
 const CUBE: [f64; 4] = [-1.0, 1.0, -1.0, 1.0];
 
 /// A patch over the whole unit square.
-fn whole(patch: BezierPatch) -> TrimmedPatch {
+fn whole(patch: BezierPatch) -> Face {
     let square = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
     let halves = [[square[0], square[1], square[2]], [square[0], square[2], square[3]]];
-    let mut trimmed = deform(&halves, None, FrameChoice::Parallelogram).remove(0);
-    assert_eq!(trimmed.frame.point(DVec2::new(0.25, 0.75)), DVec3::new(0.25, 0.75, 0.0));
+    let mut trimmed = deform(&halves, None, FrameChoice::Parallelogram).into_faces().remove(0);
+    assert_eq!(trimmed.chart.place(DVec2::new(0.25, 0.75)).coordinates(), DVec3::new(0.25, 0.75, 0.0));
     trimmed.patch = patch;
     trimmed
 }
@@ -52,8 +52,8 @@ fn offsets(tracer: &mut Tracer<'_>, target: DVec3, direction: DVec3) -> Vec<f64>
     tracer.all(&ray).iter().map(|hit| hit.t - REACH).collect()
 }
 
-fn patch_of<'a>(scene: &'a TracedScene, hit: &PatchHit) -> &'a TrimmedPatch {
-    &scene.objects()[hit.object as usize].patches[hit.patch as usize]
+fn patch_of<'a>(scene: &'a TracedScene, hit: &PatchHit) -> &'a Face {
+    &scene.objects()[hit.object as usize].faces()[hit.patch as usize]
 }
 
 /// Fails unless every hit is on its ray, on its patch and in its trim, all within `bound`.
@@ -66,7 +66,7 @@ fn assert_no_ghosts(scene: &TracedScene, ray: &Ray, hits: &[PatchHit], bound: f6
         let along = (position - ray.at(hit.t)).length();
         assert!(along <= bound, "{along:e} from the point at t: {hit:?} of {ray:?}");
         let tolerance = 2.0 * scene.st_error(hit, ray) + BOUND;
-        assert!(trimmed.trim.find(hit.st, tolerance).is_some(), "outside the trim: {hit:?} of {ray:?}");
+        assert!(trimmed.region.find(hit.st, tolerance).is_some(), "outside the trim: {hit:?} of {ray:?}");
     }
 }
 

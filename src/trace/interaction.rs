@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::patch::{PatchPoint, TrimmedPatch};
+use crate::patch::{Face, PatchPoint};
 
 use super::object::{PatchHit, TracedObject};
 use super::target::position_error;
@@ -43,9 +43,9 @@ pub struct SurfaceInteraction {
 /// Everything shading needs of a hit.
 pub(super) fn interaction(objects: &[TracedObject], hit: &PatchHit) -> SurfaceInteraction {
     let object = &objects[hit.object as usize];
-    let trimmed = &object.patches[hit.patch as usize];
+    let trimmed = &object.faces()[hit.patch as usize];
     let point = trimmed.eval(hit.st);
-    let rest = trimmed.frame.point(hit.st);
+    let place = trimmed.chart.place(hit.st);
     let normal = normal(trimmed, hit.st, &point);
     SurfaceInteraction {
         t: hit.t,
@@ -53,16 +53,16 @@ pub(super) fn interaction(objects: &[TracedObject], hit: &PatchHit) -> SurfaceIn
         face: hit.face,
         patch: hit.patch,
         st: hit.st,
-        uv: object.attributes.uv(hit.polygon, rest),
-        rest: object.attributes.rest(hit.polygon, rest),
+        uv: object.attributes.uv(hit.polygon, place),
+        rest: object.attributes.rest(hit.polygon, place),
         position: point.position,
         position_error: position_error(&trimmed.patch)
             + trimmed.exact.as_ref().map_or(0.0, |exact| exact.error()),
         normal,
-        shading_normal: object.attributes.normal(hit.polygon, rest, trimmed.knot_box()).unwrap_or(normal),
+        shading_normal: object.attributes.normal(hit.polygon, place, trimmed.knot_box()).unwrap_or(normal),
         dp_du: object
             .attributes
-            .uv_gradients(hit.polygon, rest)
+            .uv_gradients(hit.polygon, place)
             .map_or(DVec3::NAN, |gradients| along_u(gradients, trimmed, &point)),
         dp_ds: point.dp_ds,
         dp_dt: point.dp_dt,
@@ -70,13 +70,14 @@ pub(super) fn interaction(objects: &[TracedObject], hit: &PatchHit) -> SurfaceIn
 }
 
 /// Partial derivative of the position by the texture coordinate u, v fixed.
-fn along_u(gradients: [DVec3; 2], trimmed: &TrimmedPatch, point: &PatchPoint) -> DVec3 {
-    let [u, v] = gradients.map(|gradient| [gradient.dot(trimmed.frame.s), gradient.dot(trimmed.frame.t)]);
+fn along_u(gradients: [DVec3; 2], trimmed: &Face, point: &PatchPoint) -> DVec3 {
+    let [_, s, t] = trimmed.chart.coordinates();
+    let [u, v] = gradients.map(|gradient| [gradient.dot(s), gradient.dot(t)]);
     (point.dp_ds * v[1] - point.dp_dt * v[0]) / (u[0] * v[1] - u[1] * v[0])
 }
 
 /// Unit normal on the side of the face's winding; where the partials are parallel, that of a point close by.
-fn normal(trimmed: &TrimmedPatch, st: DVec2, point: &PatchPoint) -> DVec3 {
+fn normal(trimmed: &Face, st: DVec2, point: &PatchPoint) -> DVec3 {
     let cross = |point: &PatchPoint| {
         let normal = point.dp_ds.cross(point.dp_dt);
         let scale = point.dp_ds.length() * point.dp_dt.length();
@@ -86,5 +87,8 @@ fn normal(trimmed: &TrimmedPatch, st: DVec2, point: &PatchPoint) -> DVec3 {
     let toward = DVec2::splat(0.5) - st;
     cross(point)
         .or_else(|| [1e-9, 1e-6, 1e-3].into_iter().find_map(|step| cross(&trimmed.eval(st + step * toward))))
-        .unwrap_or_else(|| trimmed.frame.s.cross(trimmed.frame.t).normalize_or(DVec3::Z))
+        .unwrap_or_else(|| {
+            let [_, s, t] = trimmed.chart.coordinates();
+            s.cross(t).normalize_or(DVec3::Z)
+        })
 }

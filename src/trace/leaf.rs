@@ -7,7 +7,7 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::math::polygon::{self, Side};
-use crate::patch::{Overlap, TrimRegion, TrimmedPatch};
+use crate::patch::{Face, Overlap, Region};
 
 use super::height_graph::{HeightGraph, hull, quadratic_range};
 use super::local::LocalSpace;
@@ -125,7 +125,7 @@ pub(crate) struct Leaves {
 /// A patch being split into leaves.
 struct Splitter<'a> {
     indices: [u32; 2],
-    trimmed: &'a TrimmedPatch,
+    trimmed: &'a Face,
     space: &'a LocalSpace,
     /// Bound on the error of the surface and its border, in local units.
     error: f64,
@@ -145,10 +145,12 @@ struct Candidate {
 
 impl Leaves {
     /// Splits a patch into leaves; `indices` are those of its object and of itself. `error` bounds the rounding of the surface and of its border in the world.
-    pub(crate) fn add(&mut self, indices: [u32; 2], trimmed: &TrimmedPatch, error: f64, space: &LocalSpace) {
+    pub(crate) fn add(&mut self, indices: [u32; 2], trimmed: &Face, error: f64, space: &LocalSpace) {
         let mut splitter = Splitter { indices, trimmed, space, error: space.length(error), into: self };
-        let all =
-            (0..).zip(trimmed.trim.loops()).map(|(i, l)| (i, trimmed.trim.corners(l).to_vec())).collect();
+        let all = (0..)
+            .zip(trimmed.region.loops())
+            .map(|(i, l)| (i, trimmed.region.corners(&l).to_vec()))
+            .collect();
         if let Some(candidate) = splitter.candidate(all) {
             splitter.split(candidate, 0);
         }
@@ -270,13 +272,13 @@ impl Splitter<'_> {
 
     fn cover(&mut self, candidate: &Candidate) -> Cover {
         let Candidate { low, high, inside, overlap, .. } = candidate;
-        let trim: &TrimRegion = &self.trimmed.trim;
+        let trim: &Region = &self.trimmed.region;
         let all = &mut self.into.cuts;
         let count = |cuts: &Vec<Cut>| u32::try_from(cuts.len()).expect("fewer than 2^32 cuts fit in memory");
         let start = count(all);
         for (index, _) in inside {
             let before = all.len();
-            all.extend(cuts(trim.corners(&trim.loops()[*index as usize]), [*low, *high], *index));
+            all.extend(cuts(trim.corners(&trim.trim_loop(*index as usize)), [*low, *high], *index));
             if *overlap == Overlap::Partial {
                 all.push(Cut { normal: [0.0; 2], offset: 0.0, trim_loop: *index });
             } else if all.len() == before {

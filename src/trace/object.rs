@@ -3,25 +3,31 @@
 use glam::{DVec2, DVec3};
 
 use crate::math::bounds;
-use crate::patch::TrimmedPatch;
+use crate::patch::{Face, Shell};
 
 use super::attributes::VertexAttributes;
 
-/// An object as patches.
+/// An object as faces.
 #[derive(Debug)]
 pub struct TracedObject {
     /// Its name in the scene file.
     pub name: String,
     /// Its surface.
-    pub patches: Vec<TrimmedPatch>,
+    pub shell: Shell,
     /// Its texture coordinates and normals for shading.
     pub attributes: Box<dyn VertexAttributes>,
 }
 
 impl TracedObject {
+    /// Its faces.
+    #[must_use]
+    pub fn faces(&self) -> &[Face] {
+        self.shell.faces()
+    }
+
     /// Lowest and highest corner of a box around its surface; not the tightest.
     pub fn bounds(&self) -> [DVec3; 2] {
-        bounds::around(self.patches.iter().flat_map(TrimmedPatch::trimmed_bounds))
+        bounds::around(self.faces().iter().flat_map(Face::trimmed_bounds))
     }
 }
 

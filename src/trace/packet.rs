@@ -308,7 +308,7 @@ impl<S: Simd> OrderWork for Seek<'_, S> {
     type Output = Roots<f64x8<S>>;
 
     #[inline(always)]
-    fn run<const M: usize, const N: usize>(self) -> Roots<f64x8<S>> {
+    fn run<const M: usize, const N: usize, const STRIDE: usize>(self) -> Roots<f64x8<S>> {
         let Self { simd, target, world, seed, steps } = self;
         simd.vectorize(
             #[inline(always)]
@@ -319,7 +319,7 @@ impl<S: Simd> OrderWork for Seek<'_, S> {
                     world,
                     seed,
                     #[inline(always)]
-                    |st| patch.eval_lanes::<M, N, S>(simd, st),
+                    |st| patch.eval_lanes::<M, N, STRIDE, S>(simd, st),
                     steps,
                 )
             },
@@ -409,7 +409,8 @@ fn clear(apart: &mut [Option<PatchHit>], lanes: u64) {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch};
+    use crate::math::lanes::with_vectors;
+    use fearless_simd::Level;
     use glam::DVec3;
 
     use super::*;
@@ -432,7 +433,7 @@ mod tests {
         let eye = DVec3::splat(0.5) + 2.0 * noise.unit_vector();
         let aim = DVec3::splat(0.5) + 0.5 * noise.vector() - eye;
         let inside = DVec3::splat(0.5) + 0.1 * noise.vector();
-        let patches = &scene.objects()[0].patches;
+        let patches = scene.objects()[0].faces();
         let mut ray = |number: usize| {
             let mut ray = match kind {
                 0 => Ray::new(eye, aim + 0.05 * noise.vector()),
@@ -440,7 +441,7 @@ mod tests {
                 2 => Ray::new(DVec3::splat(0.5) + 2.0 * noise.unit_vector(), noise.vector()),
                 _ => {
                     let trimmed = &patches[number * 31 % patches.len()];
-                    let corner = trimmed.trim.corners(&trimmed.trim.loops()[0])[number % 3];
+                    let corner = trimmed.region.corners(&trimmed.region.trim_loop(0))[number % 3];
                     Ray::new(eye, trimmed.patch.eval(corner).position - eye)
                 }
             };
@@ -473,7 +474,7 @@ mod tests {
                 let rays = &rays[..rays.len().min(PACKET)];
                 let hits = &mut hits[..rays.len()];
                 let scratch = &mut Scratch::default();
-                dispatch!(Level::baseline(), simd => closest(simd, &scene, (rays, hits), scratch));
+                with_vectors!(Level::baseline(), simd => closest(simd, &scene, (rays, hits), scratch));
                 let plain: Vec<_> = hits.iter().map(|&hit| bits(hit)).collect();
                 assert_eq!(plain, alone[..rays.len()], "case {case}, rays {number}, narrow vectors");
                 found += hits.iter().flatten().count();

@@ -1,6 +1,8 @@
 //! The last steps of Newton's method.
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
+
+use crate::math::lanes::with_vectors;
 use glam::{DVec2, DVec3};
 
 use crate::patch::{BezierPatch, ExactSurface, OrderWork, PatchPoint};
@@ -39,7 +41,7 @@ pub(super) fn on_patch(patch: &BezierPatch, ray: &Ray, st: DVec2) -> DVec2 {
 
 /// A patch's point, by the processor's vectors.
 pub(super) fn point(level: Level, patch: &BezierPatch, st: DVec2) -> PatchPoint {
-    dispatch!(level, simd => patch.with_orders(PointAt { simd, patch, st }))
+    with_vectors!(level, simd => patch.with_orders(PointAt { simd, patch, st }))
 }
 
 /// What [`point`] does.
@@ -53,11 +55,11 @@ impl<S: Simd> OrderWork for PointAt<'_, S> {
     type Output = PatchPoint;
 
     #[inline(always)]
-    fn run<const M: usize, const N: usize>(self) -> PatchPoint {
+    fn run<const M: usize, const N: usize, const STRIDE: usize>(self) -> PatchPoint {
         let Self { simd, patch, st } = self;
         simd.vectorize(
             #[inline(always)]
-            || patch.eval_one::<M, N, S>(simd, st),
+            || patch.eval_one::<M, N, STRIDE, S>(simd, st),
         )
     }
 }

@@ -190,7 +190,7 @@ impl<S: Simd> OrderWork for Seek<'_, S> {
     type Output = SeedOutcome;
 
     #[inline(always)]
-    fn run<const M: usize, const N: usize>(self) -> SeedOutcome {
+    fn run<const M: usize, const N: usize, const STRIDE: usize>(self) -> SeedOutcome {
         let Self { simd, target, world, seed, steps } = self;
         simd.vectorize(
             #[inline(always)]
@@ -201,7 +201,7 @@ impl<S: Simd> OrderWork for Seek<'_, S> {
                     &world,
                     seed,
                     #[inline(always)]
-                    |[s, t]| point(&patch.eval_one::<M, N, S>(simd, DVec2::new(s, t))),
+                    |[s, t]| point(&patch.eval_one::<M, N, STRIDE, S>(simd, DVec2::new(s, t))),
                     steps,
                 );
                 if inside {

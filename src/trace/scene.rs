@@ -4,7 +4,7 @@ use fearless_simd::Level;
 use glam::{DVec2, DVec3};
 
 use crate::math::bounds;
-use crate::patch::TrimmedPatch;
+use crate::patch::Face;
 
 use super::bvh::Bvh;
 use super::interaction::{self, SurfaceInteraction};
@@ -30,12 +30,12 @@ pub struct TracedScene {
 impl TracedScene {
     /// Builds the acceleration structure over all patches.
     pub fn new(objects: Vec<TracedObject>) -> Self {
-        let patches = objects.iter().flat_map(|object| &object.patches);
+        let patches = objects.iter().flat_map(|object| object.faces());
         let all = bounds::around(patches.flat_map(|trimmed| trimmed.patch.hull_bounds()));
         let space = LocalSpace::around(all);
         let mut leaves = Leaves::default();
         for (object, traced) in (0..).zip(&objects) {
-            for (patch, trimmed) in (0..).zip(&traced.patches) {
+            for (patch, trimmed) in (0..).zip(traced.faces()) {
                 leaves.add([object, patch], trimmed, surface_error(trimmed), &space);
             }
         }
@@ -91,8 +91,8 @@ impl TracedScene {
     }
 
     /// The patch that is hit.
-    pub(super) fn trimmed(&self, hit: &PatchHit) -> &TrimmedPatch {
-        &self.objects[hit.object as usize].patches[hit.patch as usize]
+    pub(super) fn trimmed(&self, hit: &PatchHit) -> &Face {
+        &self.objects[hit.object as usize].faces()[hit.patch as usize]
     }
 
     pub(super) fn bvh(&self) -> &Bvh {
@@ -111,7 +111,7 @@ impl TracedScene {
     #[inline(always)]
     pub(super) fn target(&self, leaf: usize) -> Target<'_> {
         let leaf = &self.leaves[leaf];
-        let trimmed = &self.objects[leaf.object as usize].patches[leaf.patch as usize];
+        let trimmed = &self.objects[leaf.object as usize].faces()[leaf.patch as usize];
         let cuts = match leaf.cover {
             Cover::Inside(_) => &[],
             Cover::Crossed { start, end } => &self.cuts[start as usize..end as usize],

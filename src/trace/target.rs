@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use crate::math::rounding::gamma;
-use crate::patch::{BezierPatch, Extent, TrimLoop, TrimRegion, TrimmedPatch};
+use crate::patch::{BezierPatch, Extent, Face, Region, TrimLoop};
 
 use super::Ray;
 use super::leaf::{Cover, Cut, Leaf, TANGENT_TOLERANCE, by_loop};
@@ -24,7 +24,7 @@ const EVAL_OPERATIONS: u32 = 64;
 pub(super) struct Target<'a> {
     pub(super) leaf: &'a Leaf,
     pub(super) cuts: &'a [Cut],
-    pub(super) trimmed: &'a TrimmedPatch,
+    pub(super) trimmed: &'a Face,
     pub(super) space: &'a LocalSpace,
 }
 
@@ -46,12 +46,12 @@ impl Target<'_> {
     )]
     #[inline(always)]
     pub(super) fn hit(&self, root: &LeafRoot, trim_loop: f64) -> PatchHit {
-        let trim_loop = &self.trimmed.trim.loops()[trim_loop as usize];
+        let trim_loop = self.trimmed.region.trim_loop(trim_loop as usize);
         self.hit_in_loop(root, trim_loop, false)
     }
 
     #[inline(always)]
-    fn hit_in_loop(&self, root: &LeafRoot, trim_loop: &TrimLoop, on_border: bool) -> PatchHit {
+    fn hit_in_loop(&self, root: &LeafRoot, trim_loop: TrimLoop, on_border: bool) -> PatchHit {
         PatchHit {
             t: root.t,
             object: self.leaf.object,
@@ -76,11 +76,11 @@ impl Target<'_> {
         let tolerance = tolerance(self.trimmed, self.space, root.st, ray);
         let found = match self.leaf.cover {
             Cover::Inside(trim_loop) => {
-                find_loop(&self.trimmed.trim, std::iter::once(trim_loop), root.st, tolerance)
+                find_loop(&self.trimmed.region, std::iter::once(trim_loop), root.st, tolerance)
             }
             Cover::Crossed { .. } => {
                 let loops = by_loop(self.cuts).map(|cuts| cuts[0].trim_loop);
-                find_loop(&self.trimmed.trim, loops, root.st, tolerance)
+                find_loop(&self.trimmed.region, loops, root.st, tolerance)
             }
         };
         let [held, strictly] = self.trimmed.sides(root.st, tolerance);
@@ -124,7 +124,7 @@ pub(super) fn position_error(patch: &BezierPatch) -> f64 {
 }
 
 /// The same with the error of the trim's border, and of a patch that stands for another surface.
-pub(crate) fn surface_error(trimmed: &TrimmedPatch) -> f64 {
+pub(crate) fn surface_error(trimmed: &Face) -> f64 {
     position_error(&trimmed.patch) + trimmed.error()
 }
 
@@ -132,7 +132,7 @@ pub(crate) fn surface_error(trimmed: &TrimmedPatch) -> f64 {
 ///
 /// An error across the ray moves the root by that over the sine of the angle between ray and surface; no farther than
 /// [`TANGENT_TOLERANCE`], however, along the surface.
-pub(super) fn tolerance(trimmed: &TrimmedPatch, space: &LocalSpace, st: DVec2, ray: &Ray) -> DVec2 {
+pub(super) fn tolerance(trimmed: &Face, space: &LocalSpace, st: DVec2, ray: &Ray) -> DVec2 {
     let point = trimmed.patch.eval(st);
     let normal = point.dp_ds.cross(point.dp_dt);
     let way = ray.direction.normalize();
@@ -151,13 +151,13 @@ pub(super) fn tolerance(trimmed: &TrimmedPatch, space: &LocalSpace, st: DVec2, r
 
 /// The first of some loops that holds a point, else the first within the tolerance; and whether it took that.
 fn find_loop(
-    trim: &TrimRegion,
+    trim: &Region,
     loops: impl Iterator<Item = u32> + Clone,
     st: DVec2,
     tolerance: DVec2,
-) -> Option<(&TrimLoop, bool)> {
+) -> Option<(TrimLoop, bool)> {
     let find = |tolerance| {
-        let mut candidates = loops.clone().map(|index| &trim.loops()[index as usize]);
+        let mut candidates = loops.clone().map(|index| trim.trim_loop(index as usize));
         candidates.find(|trim_loop| trim.holds(trim_loop, st, tolerance))
     };
     find(DVec2::ZERO).map(|found| (found, false)).or_else(|| find(tolerance).map(|found| (found, true)))

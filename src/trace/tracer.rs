@@ -1,6 +1,6 @@
 //! One thread's way to trace rays through a scene.
 
-use fearless_simd::dispatch;
+use crate::math::lanes::with_vectors;
 
 use super::geometry::{Geometry, RayTracer};
 use super::interaction::SurfaceInteraction;
@@ -63,14 +63,14 @@ impl<'a> Tracer<'a> {
     /// The nearest hit.
     pub fn closest(&mut self, ray: &Ray) -> Option<PatchHit> {
         let Self { scene, scratch } = self;
-        let hit = dispatch!(scene.level(), simd => query::closest(simd, scene, ray, scratch));
+        let hit = with_vectors!(scene.level(), simd => query::closest(simd, scene, ray, scratch));
         hit.map(|hit| on_surface(scene, hit, ray, &mut scratch.solver.statistics))
     }
 
     /// All hits, sorted along the ray.
     pub fn all(&mut self, ray: &Ray) -> Vec<PatchHit> {
         let Self { scene, scratch } = self;
-        let mut hits = dispatch!(scene.level(), simd => query::all(simd, scene, ray, scratch));
+        let mut hits = with_vectors!(scene.level(), simd => query::all(simd, scene, ray, scratch));
         for hit in &mut hits {
             *hit = on_surface(scene, *hit, ray, &mut scratch.solver.statistics);
         }
@@ -81,7 +81,7 @@ impl<'a> Tracer<'a> {
     /// Whether anything is hit at all; stops at the first proof.
     pub fn any(&mut self, ray: &Ray) -> bool {
         let Self { scene, scratch } = self;
-        dispatch!(scene.level(), simd => query::any(simd, scene, ray, scratch))
+        with_vectors!(scene.level(), simd => query::any(simd, scene, ray, scratch))
     }
 
     /// The nearest hits of rays, the same as by [`Self::closest`] for each.
@@ -94,7 +94,7 @@ impl<'a> Tracer<'a> {
         assert_eq!(rays.len(), hits.len(), "a place for each ray's hit");
         let Self { scene, scratch } = self;
         for chunk in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
-            dispatch!(scene.level(), simd => packet::closest(simd, scene, chunk, scratch));
+            with_vectors!(scene.level(), simd => packet::closest(simd, scene, chunk, scratch));
         }
         for (ray, hit) in rays.iter().zip(hits) {
             *hit = hit.map(|hit| on_surface(scene, hit, ray, &mut scratch.solver.statistics));
@@ -109,7 +109,7 @@ impl<'a> Tracer<'a> {
         assert_eq!(rays.len(), found.len(), "a place for each ray's answer");
         let Self { scene, scratch } = self;
         for chunk in rays.chunks(PACKET).zip(found.chunks_mut(PACKET)) {
-            dispatch!(scene.level(), simd => packet::any(simd, scene, chunk, scratch));
+            with_vectors!(scene.level(), simd => packet::any(simd, scene, chunk, scratch));
         }
     }
 }
@@ -201,8 +201,8 @@ mod tests {
             let patches = deform(&ball_triangles(), Some(&volume), FRAMES[case % 2]);
             let scene = scene_of(patches);
             let [object] = scene.objects() else { panic!("one object") };
-            for (number, trimmed) in object.patches.iter().enumerate() {
-                let corners = trimmed.trim.corners(&trimmed.trim.loops()[0]);
+            for (number, trimmed) in object.faces().iter().enumerate() {
+                let corners = trimmed.region.corners(&trimmed.region.trim_loop(0));
                 let st = corners.iter().sum::<DVec2>() / corners.len() as f64;
                 let target = trimmed.patch.eval(st).position;
                 let direction = noise.unit_vector();
@@ -253,7 +253,7 @@ mod tests {
             let origin = DVec3::splat(0.5) + 2.0 * noise.unit_vector();
             let ray = Ray::new(origin, DVec3::splat(0.5) + noise.vector() - origin);
             let plain =
-                dispatch!(Level::baseline(), simd => query::closest(simd, &scene, &ray, &mut scratch));
+                with_vectors!(Level::baseline(), simd => query::closest(simd, &scene, &ray, &mut scratch));
             let widest = scene.closest(&ray);
             let bits = |hit: Option<PatchHit>| {
                 hit.map(|hit| (hit.t.to_bits(), hit.st.to_array().map(f64::to_bits), hit.patch))
@@ -276,9 +276,9 @@ mod tests {
                 assert!(scene.any_hit(&ray), "ray {number} along {}", ray.direction);
             }
             // straight at the corners of trims: vertices, cut points, and points of shared edges
-            for trimmed in &scene.objects()[0].patches {
-                for trim_loop in trimmed.trim.loops() {
-                    let corners = trimmed.trim.corners(trim_loop);
+            for trimmed in scene.objects()[0].faces() {
+                for trim_loop in trimmed.region.loops() {
+                    let corners = trimmed.region.corners(&trim_loop);
                     for (i, &a) in corners.iter().enumerate() {
                         let b = corners[(i + 1) % corners.len()];
                         for part in [0.0, 0.5, 0.123] {

@@ -4,4 +4,4 @@ mod polygons;
 mod surface;
 
 pub(super) use polygons::{CarriedNormals, PolygonAttributes};
-pub(super) use surface::{SurfaceAttributes, placed_patches, plane_corners};
+pub(super) use surface::{SurfaceAttributes, placed_shell, plane_corners};

@@ -4,6 +4,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use crate::math::cofactor::cofactor;
 use crate::mesh::{Polygon, PolygonMesh, PolygonSet};
+use crate::patch::Place;
 use crate::spline::{KnotBox, SplineVolume};
 use crate::trace::VertexAttributes;
 
@@ -36,27 +37,28 @@ impl CarriedNormals {
 }
 
 impl VertexAttributes for PolygonAttributes {
-    fn uv(&self, polygon: u32, rest: DVec3) -> DVec2 {
+    fn uv(&self, polygon: u32, place: Place) -> DVec2 {
         let polygon = self.polygons.polygon(polygon as usize);
         if polygon.uvs.is_empty() {
             return DVec2::NAN;
         }
-        let (triangle, weights) = fan_triangle(&polygon, rest);
+        let (triangle, weights) = fan_triangle(&polygon, place.coordinates());
         let [a, b, c] = triangle.map(|corner| polygon.uvs[corner]);
         weights.x * a + weights.y * b + weights.z * c
     }
 
-    fn uv_gradients(&self, polygon: u32, rest: DVec3) -> Option<[DVec3; 2]> {
+    fn uv_gradients(&self, polygon: u32, place: Place) -> Option<[DVec3; 2]> {
         let polygon = self.polygons.polygon(polygon as usize);
-        let (triangle, _) = fan_triangle(&polygon, rest);
+        let (triangle, _) = fan_triangle(&polygon, place.coordinates());
         uv_gradients(&polygon, triangle)
     }
 
     /// The corners' normals interpolated, then transformed by the cofactors of the deformation's Jacobian, as the normal of
     /// any surface through the point is (Feng et al. 2002 deform points alone; the rule is that of Barr 1984, section 3).
-    fn normal(&self, polygon: u32, rest: DVec3, knot_box: Option<KnotBox>) -> Option<DVec3> {
+    fn normal(&self, polygon: u32, place: Place, knot_box: Option<KnotBox>) -> Option<DVec3> {
         let CarriedNormals { corners, volumes } = self.normals.as_ref()?;
         let polygon = self.polygons.polygon(polygon as usize);
+        let rest = place.coordinates();
         let (triangle, weights) = fan_triangle(&polygon, rest);
         let [a, b, c] = triangle.map(|corner| corners[polygon.corners[corner] as usize]);
         let normal = weights.x * a + weights.y * b + weights.z * c;
@@ -169,9 +171,9 @@ mod tests {
             }
             assert!(hit.dp_du.dot(hit.normal).abs() < 1e-12 * hit.dp_du.length(), "in the surface");
             // the same by differences: a step along s and t that moves u alone
-            let trimmed = &object.patches[hit.patch as usize];
-            let polygon = trimmed.trim.loops().iter().find(|l| l.face == hit.face).unwrap().polygon;
-            let uv = |st: DVec2| object.attributes.uv(polygon, trimmed.frame.point(st));
+            let trimmed = &object.faces()[hit.patch as usize];
+            let polygon = trimmed.region.loops().find(|l| l.face == hit.face).unwrap().polygon;
+            let uv = |st: DVec2| object.attributes.uv(polygon, trimmed.chart.place(st));
             let step = 1e-4;
             let by_s = (uv(hit.st + DVec2::X * step) - uv(hit.st - DVec2::X * step)) / (2.0 * step);
             let by_t = (uv(hit.st + DVec2::Y * step) - uv(hit.st - DVec2::Y * step)) / (2.0 * step);

@@ -2,33 +2,33 @@
 
 use glam::{DAffine3, DVec2, DVec3, DVec4};
 
-use crate::patch::{BezierPatch, TrimmedPatch};
+use crate::patch::{BezierPatch, Face, Place, Shell};
 use crate::spline::KnotBox;
 use crate::surface::SplineSurface;
 use crate::trace::VertexAttributes;
 
-/// Texture coordinates of a surface are its own parameters; a patch's frame takes to them, with z = 0.
+/// Texture coordinates of a surface are its own parameters.
 #[derive(Debug)]
 pub(in crate::model) struct SurfaceAttributes {
     pub(in crate::model) surface: SplineSurface,
     pub(in crate::model) placement: DAffine3,
 }
 
-/// The patches of a surface placed in the world.
-pub(in crate::model) fn placed_patches(surface: &SplineSurface, placement: DAffine3) -> Vec<TrimmedPatch> {
-    let place = |trimmed: TrimmedPatch| {
+/// The faces of a surface placed in the world.
+pub(in crate::model) fn placed_shell(surface: &SplineSurface, placement: DAffine3) -> Shell {
+    let place = |trimmed: Face| {
         let placed = |point: DVec4| {
             // (w x, w y, w z, w) goes to w times the image of (x, y, z)
             (placement.matrix3 * point.truncate() + point.w * placement.translation).extend(point.w)
         };
         let points = trimmed.patch.control_points().map(placed).collect();
-        TrimmedPatch::untrimmed(trimmed.frame, BezierPatch::new(trimmed.patch.degree(), points))
+        Face::untrimmed(trimmed.chart, BezierPatch::new(trimmed.patch.degree(), points))
     };
-    surface.patches().into_iter().map(place).collect()
+    surface.shell().map(place)
 }
 
 /// The corners of a patch that is a parallelogram, from (0, 0) to (1, 0), (1, 1), (0, 1); `None` if it is not flat.
-pub(in crate::model) fn plane_corners(trimmed: &TrimmedPatch) -> Option<[DVec3; 4]> {
+pub(in crate::model) fn plane_corners(trimmed: &Face) -> Option<[DVec3; 4]> {
     let patch = &trimmed.patch;
     if patch.degree() != [1, 1] || patch.is_rational() {
         return None;
@@ -41,20 +41,20 @@ pub(in crate::model) fn plane_corners(trimmed: &TrimmedPatch) -> Option<[DVec3; 
 }
 
 impl VertexAttributes for SurfaceAttributes {
-    fn uv(&self, _polygon: u32, place: DVec3) -> DVec2 {
-        place.truncate()
+    fn uv(&self, _polygon: u32, place: Place) -> DVec2 {
+        place.coordinates().truncate()
     }
 
-    fn uv_gradients(&self, _polygon: u32, _place: DVec3) -> Option<[DVec3; 2]> {
+    fn uv_gradients(&self, _polygon: u32, _place: Place) -> Option<[DVec3; 2]> {
         Some([DVec3::X, DVec3::Y])
     }
 
-    fn normal(&self, _polygon: u32, _place: DVec3, _knot_box: Option<KnotBox>) -> Option<DVec3> {
+    fn normal(&self, _polygon: u32, _place: Place, _knot_box: Option<KnotBox>) -> Option<DVec3> {
         None
     }
 
-    fn rest(&self, _polygon: u32, place: DVec3) -> DVec3 {
-        self.placement.transform_point3(self.surface.eval(place.truncate()))
+    fn rest(&self, _polygon: u32, place: Place) -> DVec3 {
+        self.placement.transform_point3(self.surface.eval(place.coordinates().truncate()))
     }
 }
 

@@ -11,9 +11,9 @@ use crate::tessellate::facets;
 /// Triangles in place of the exact patches, nowhere farther from them than `tolerance`.
 pub(super) fn construct(shape: &PlacedShape<'_>, tolerance: f64) -> Result<Construction, ModelError> {
     let mut made = exact::construct(shape)?;
-    let Elements::Patches(patches) = &made.elements else { return Ok(made) };
+    let Elements::Faces(shell) = &made.elements else { return Ok(made) };
     let started = Instant::now();
-    let facets = facets(patches, tolerance, &AtomicBool::new(false))
+    let facets = facets(shell, tolerance, &AtomicBool::new(false))
         .map_err(|source| ModelError::Tessellate { tolerance, source })?;
     made.times.compose += started.elapsed();
     made.subpolygons = facets.len();

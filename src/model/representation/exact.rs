@@ -2,7 +2,7 @@
 
 use super::{Construction, Elements};
 use crate::analytic::CoverSettings;
-use crate::model::deformation::{Patches, PlacedShape};
+use crate::model::deformation::{Faces, PlacedShape};
 use crate::model::error::ModelError;
 
 /// All deformations, exactly.
@@ -10,7 +10,7 @@ pub(super) fn construct(shape: &PlacedShape<'_>) -> Result<Construction, ModelEr
     let (steps, mut lattices) = shape.steps()?;
     let made = shape.after(&steps, CoverSettings::default())?;
     made.record_knot_boxes(&mut lattices);
-    let Patches { patches, subpolygons, times, .. } = made;
-    let elements = Elements::Patches(patches);
+    let Faces { shell, subpolygons, times, .. } = made;
+    let elements = Elements::Faces(shell);
     Ok(Construction { elements, subpolygons, steps, lattices, triangular: None, times })
 }

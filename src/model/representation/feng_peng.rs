@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use super::{Construction, Elements};
 use crate::analytic::Step;
-use crate::model::deformation::{Base, Patches, PlacedShape, planar};
+use crate::model::deformation::{Base, Faces, PlacedShape, planar};
 use crate::model::error::ModelError;
 use crate::patch::{BuildError, deform_triangles};
 
@@ -38,18 +38,18 @@ pub(super) fn construct(shape: &PlacedShape<'_>) -> Result<Construction, ModelEr
     let planar = planar(polygons);
     let failed = |source: BuildError| ModelError::Patches { deformer: 0, source };
     let made = deform_triangles(&planar, volume).map_err(failed)?;
-    let patches = made.trimmed_patches(&planar, volume).map_err(failed)?;
+    let shell = made.shell(&planar, volume).map_err(failed)?;
     let subpolygons = made.pieces.len();
     let counts =
         TriangularCounts { patches: subpolygons, control_points: made.control_points(), bytes: made.bytes() };
     let knot_boxes: BTreeSet<_> = made.pieces.iter().map(|piece| (0, piece.knot_box())).collect();
-    let made = Patches { patches, subpolygons, times: made.times, knot_boxes };
+    let made = Faces { shell, subpolygons, times: made.times, knot_boxes };
     if volume.is_some() {
         shape.check_outside(0, &made)?;
     }
     made.record_knot_boxes(&mut lattices);
-    let Patches { patches, times, .. } = made;
-    let elements = Elements::Patches(patches);
+    let Faces { shell, times, .. } = made;
+    let elements = Elements::Faces(shell);
     Ok(Construction { elements, subpolygons, steps, lattices, triangular: Some(counts), times })
 }
 

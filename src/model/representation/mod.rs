@@ -14,7 +14,7 @@ use super::deformation::PlacedShape;
 use super::deformer::BuiltLattice;
 use super::error::ModelError;
 use crate::analytic::Step;
-use crate::patch::{BuildTimes, Facet, TrimmedPatch};
+use crate::patch::{BuildTimes, Facet, Shell};
 use crate::suggestion::{UnknownName, lookup};
 
 pub(super) use facets::facet_object;
@@ -77,8 +77,8 @@ pub(super) struct Construction {
 
 /// What a representation is made of.
 pub(super) enum Elements {
-    /// Patches of the exact surface.
-    Patches(Vec<TrimmedPatch>),
+    /// Faces of the exact surface.
+    Faces(Shell),
     /// Flat triangles near it.
     Facets(Vec<Facet>),
 }

@@ -1,15 +1,16 @@
 //! Pointwise free-form deformation: only the corners of split triangles are moved (Sederberg and Parry 1986), for comparison.
 
+use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::{Construction, Elements};
-use crate::mesh::Polygon;
+use crate::mesh::{Polygon, PolygonSet};
 use crate::model::deformation::{Base, PlacedShape};
 use crate::model::error::ModelError;
-use crate::patch::{BuildTimes, Facet};
+use crate::patch::{BuildTimes, Facet, Place};
 use crate::spline::SplineVolume;
 
 /// Most triangles of an object.
@@ -36,13 +37,22 @@ pub(super) fn construct(shape: &PlacedShape<'_>, level: u32) -> Result<Construct
         return Err(ModelError::TooManyTriangles { level, most: MAX_TRIANGLES });
     }
     let moved = |rest: DVec3| lattices.iter().fold(rest, |place, lattice| moved(&lattice.volume, place));
+    let numbers = split_vertices(polygons, level);
     let of_polygon = |index: usize| {
         let polygon = polygons.polygon(index);
         let number = u32::try_from(index).expect("fewer than 2^32 polygons fit in memory");
-        let triangles = fan_triangles(&polygon).flat_map(|fan| split(fan, level));
-        let facet =
-            |rest: [DVec3; 3]| Facet { polygon: number, face: polygon.face, rest, corners: rest.map(moved) };
-        triangles.map(facet).collect::<Vec<_>>()
+        let facet = |corners: [(DVec3, u32); 3]| {
+            let rest = corners.map(|(rest, _)| rest);
+            Facet {
+                polygon: number,
+                face: polygon.face,
+                rest: rest.map(Place::Point),
+                corners: rest.map(moved),
+                vertices: corners.map(|(_, vertex)| vertex),
+            }
+        };
+        let fans = fan_triangles(&polygon).zip(&numbers[index]);
+        fans.flat_map(|(fan, numbers)| split(fan, level, numbers)).map(facet).collect::<Vec<_>>()
     };
     let made: Vec<_> = (0..polygons.len()).into_par_iter().map(of_polygon).collect();
     let facets: Vec<Facet> = made.into_iter().flatten().collect();
@@ -64,13 +74,71 @@ fn fan_triangles<'p>(polygon: &'p Polygon<'_>) -> impl Iterator<Item = [DVec3; 3
     (1..corners.len() - 1).map(move |i| [corners[0], corners[i], corners[i + 1]])
 }
 
-/// The 4^level triangles between the points that divide each side into 2^level.
-fn split([a, b, c]: [DVec3; 3], level: u32) -> impl Iterator<Item = [DVec3; 3]> {
+/// The vertices of a split triangle: of its corners, of the points on its sides 0-1, 1-2 and 2-0, and inside.
+#[derive(Clone, Copy)]
+struct SplitVertices {
+    corners: [u32; 3],
+    /// The first of a side's, and whether they run from the side's end to its start.
+    sides: [(u32, bool); 3],
+    inside: u32,
+}
+
+impl SplitVertices {
+    /// The vertex `i` and `j` steps of `n` from the first corner towards the others.
+    fn vertex(&self, n: u32, i: u32, j: u32) -> u32 {
+        let along = |side: usize, steps: u32| {
+            let (first, is_reversed) = self.sides[side];
+            first + if is_reversed { n - steps - 1 } else { steps - 1 }
+        };
+        match (n - i - j, i, j) {
+            (k, _, _) if k == n => self.corners[0],
+            (_, i, _) if i == n => self.corners[1],
+            (_, _, j) if j == n => self.corners[2],
+            (_, i, 0) => along(0, i),
+            (0, _, j) => along(1, j),
+            (_, 0, j) => along(2, n - j),
+            // rows of i have n - 1 - i inside
+            (_, i, j) => self.inside + (i - 1) * (n - 1) - i * (i - 1) / 2 + j - 1,
+        }
+    }
+}
+
+/// Numbers the points of all triangles of each polygon; triangles that share a side share its points.
+fn split_vertices(polygons: &PolygonSet, level: u32) -> Vec<Vec<SplitVertices>> {
+    let n = 1_u32 << level;
+    let (on_side, inside) = (n - 1, (n - 1) * n.saturating_sub(2) / 2);
+    let mut count = 0;
+    let mut add = |points: u32| {
+        count += points;
+        count - points
+    };
+    let mut corners: HashMap<[u64; 3], u32> = HashMap::new();
+    let mut sides: HashMap<[u32; 2], u32> = HashMap::new();
+    let of_fan = |fan: [DVec3; 3]| {
+        // -0 is 0
+        let bits = |place: DVec3| (place + DVec3::ZERO).to_array().map(f64::to_bits);
+        let corners = fan.map(|corner| *corners.entry(bits(corner)).or_insert_with(|| add(1)));
+        let sides = [0, 1, 2].map(|side| {
+            let (from, to) = (corners[side], corners[(side + 1) % 3]);
+            (*sides.entry([from.min(to), from.max(to)]).or_insert_with(|| add(on_side)), from > to)
+        });
+        SplitVertices { corners, sides, inside: add(inside) }
+    };
+    let mut of_fan = of_fan;
+    polygons.iter().map(|polygon| fan_triangles(&polygon).map(&mut of_fan).collect()).collect()
+}
+
+/// The 4^level triangles between the points that divide each side into 2^level, with the vertices of their corners.
+fn split(
+    [a, b, c]: [DVec3; 3],
+    level: u32,
+    numbers: &SplitVertices,
+) -> impl Iterator<Item = [(DVec3, u32); 3]> {
     let n = 1_u32 << level;
     // so written, both triangles of an edge have the same bits on it
     let at = move |i: u32, j: u32| {
         let [u, v, w] = [n - i - j, i, j].map(|k| f64::from(k) / f64::from(n));
-        a * u + b * v + c * w
+        (a * u + b * v + c * w, numbers.vertex(n, i, j))
     };
     (0..n).flat_map(move |i| {
         (0..n - i).flat_map(move |j| {
@@ -90,7 +158,7 @@ mod tests {
     use crate::trace::{Ray, SurfaceInteraction};
     use glam::{DVec3, DVec4};
 
-    use super::{moved, split};
+    use super::{SplitVertices, moved, split};
     use crate::spline::SplineVolume;
 
     const CUBE: &str = include_str!("../../../scenes/meshes/feng_fig07_cube.obj");
@@ -149,7 +217,8 @@ mod tests {
             volume.control_points().into_iter().map(|p| p + DVec4::new(1.0, 0.0, 0.0, 0.0)).collect();
         let volume = SplineVolume::try_new(volume.axes().clone(), &shifted).unwrap();
         let triangle = [DVec3::new(0.3, 0.3, 0.9), DVec3::new(0.9, 0.3, 0.9), DVec3::splat(0.9)];
-        let places: Vec<DVec3> = split(triangle, 4).flatten().collect();
+        let numbers = SplitVertices { corners: [0, 1, 2], sides: [(3, false); 3], inside: 50 };
+        let places: Vec<DVec3> = split(triangle, 4, &numbers).flatten().map(|(place, _)| place).collect();
         assert!(places.iter().any(|place| place.max_element() > 0.9), "some are outside by rounding");
         for place in places {
             assert!((moved(&volume, place) - place).distance(DVec3::X) < 1e-12, "{place} stays");
@@ -161,7 +230,7 @@ mod tests {
     fn levels_split_triangles_into_fours() {
         for level in 0..4 {
             let built = built(&format!("pointwise:{level}"));
-            assert_eq!(built.traced.objects()[0].patches.len(), 12 * 4_usize.pow(level));
+            assert_eq!(built.traced.objects()[0].faces().len(), 12 * 4_usize.pow(level));
             assert!(hits(&built).iter().all(|hit| hit.face < 12));
         }
     }

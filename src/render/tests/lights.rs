@@ -129,8 +129,8 @@ fn shining_cube(setup: &Setup) -> Image {
         [corner(-4.0, -4.0), corner(4.0, 4.0), corner(-4.0, 4.0)],
     ];
     let object = |name: &str, triangles: &[[DVec3; 3]]| {
-        let patches = deform(triangles, None, FrameChoice::Parallelogram);
-        TracedObject { name: name.into(), patches, attributes: Box::new(NoAttributes) }
+        let shell = deform(triangles, None, FrameChoice::Parallelogram);
+        TracedObject { name: name.into(), shell, attributes: Box::new(NoAttributes) }
     };
     let objects = vec![object("floor", &floor), object("cube", &cube_triangles())];
     let lights = LightSet::try_new(&setup.lights, &objects).unwrap();

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::{Light, LightEnd, LightKind, LightSample, LightSettings};
 use crate::math::polygon::{self, Side};
-use crate::patch::TrimmedPatch;
+use crate::patch::Face;
 use crate::shade::distribution::Discrete;
 use crate::shade::parameters::{Parameter, Parameters};
 use crate::trace::{SurfaceInteraction, TracedObject, surface_error};
@@ -72,7 +72,7 @@ pub(super) struct ObjectEmitter {
 /// A patch with the mean area elements of its grid's cells.
 #[derive(Clone, Debug, PartialEq)]
 struct EmittingPatch {
-    trimmed: TrimmedPatch,
+    trimmed: Face,
     position_error: f64,
     /// Lowest corner of the trim.
     low: DVec2,
@@ -101,7 +101,7 @@ impl ObjectEmitter {
             choice: Discrete::new([]),
         };
         let mut index = 0;
-        for trimmed in &object.patches {
+        for trimmed in object.faces() {
             if trimmed.leads() {
                 index = u32::try_from(light.patches.len()).expect("an object has fewer than 2^32 patches");
                 let patch = EmittingPatch::new(trimmed);
@@ -173,8 +173,8 @@ impl ObjectEmitter {
 }
 
 impl EmittingPatch {
-    fn new(trimmed: &TrimmedPatch) -> Self {
-        let [low, high] = trimmed.trim.bounds().unwrap_or([DVec2::ZERO; 2]);
+    fn new(trimmed: &Face) -> Self {
+        let [low, high] = trimmed.region.bounds().unwrap_or([DVec2::ZERO; 2]);
         let mut cells = 1;
         loop {
             let step = (high - low) / f64::from(cells);
@@ -207,12 +207,12 @@ impl EmittingPatch {
     }
 
     /// The parts of the trim's loops in each cell; those without area are never drawn.
-    fn add_triangles(&self, trimmed: &TrimmedPatch, patch: u32, triangles: &mut Vec<Triangle>) {
+    fn add_triangles(&self, trimmed: &Face, patch: u32, triangles: &mut Vec<Triangle>) {
         let (mut part, mut kept) = (Vec::new(), Vec::new());
-        for trim_loop in trimmed.trim.loops() {
+        for trim_loop in trimmed.region.loops() {
             for cell in 0..self.cells * self.cells {
                 part.clear();
-                part.extend_from_slice(trimmed.trim.corners(trim_loop));
+                part.extend_from_slice(trimmed.region.corners(&trim_loop));
                 let index = [cell % self.cells, cell / self.cells];
                 for (axis, index) in index.into_iter().enumerate() {
                     let border = |n: u32| self.low[axis] + f64::from(n) / self.scale[axis];
@@ -244,7 +244,7 @@ impl Triangle {
 }
 
 /// Mean area elements of the cells of a grid, and the greatest ratio within one that the trim reaches.
-fn elements(trimmed: &TrimmedPatch, low: DVec2, step: DVec2, cells: u32) -> (Box<[f64]>, f64) {
+fn elements(trimmed: &Face, low: DVec2, step: DVec2, cells: u32) -> (Box<[f64]>, f64) {
     let mut worst: f64 = 1.0;
     let cell = |cell: u32| {
         let corner = low + step * DVec2::new((cell % cells).into(), (cell / cells).into());
@@ -254,7 +254,7 @@ fn elements(trimmed: &TrimmedPatch, low: DVec2, step: DVec2, cells: u32) -> (Box
             let element = point.dp_ds.cross(point.dp_dt).length();
             (sum, least, greatest) = (sum + element, least.min(element), greatest.max(element));
         }
-        if greatest > MAX_RATIO * least && (cells == 1 || trimmed.trim.reaches(corner, corner + step)) {
+        if greatest > MAX_RATIO * least && (cells == 1 || trimmed.region.reaches(corner, corner + step)) {
             worst = worst.max(greatest / least);
         }
         sum / 9.0

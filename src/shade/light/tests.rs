@@ -55,7 +55,7 @@ fn deformed_ball(degree: [usize; 3], rational: bool) -> (LightSet, TracedScene) 
     let mut noise = Noise(9);
     let volume = random_volume(&mut noise, degree, degree.map(|k| k + 2), 0.25, rational);
     let object =
-        |name: &str, patches| TracedObject { name: name.into(), patches, attributes: Box::new(NoAttributes) };
+        |name: &str, shell| TracedObject { name: name.into(), shell, attributes: Box::new(NoAttributes) };
     let far = |corner: DVec3| corner + DVec3::new(50.0, 0.0, 0.0);
     let triangles: Vec<_> = ball_triangles().into_iter().map(|triangle| triangle.map(far)).collect();
     let objects = vec![
@@ -542,8 +542,8 @@ fn unusable_lights_are_refused() {
     assert_eq!(refused(&[still]), LightError::NoDirection { light: 0 });
     let missing = Light::Object(ObjectLight { object: 0, radiance });
     assert_eq!(refused(std::slice::from_ref(&missing)), LightError::Object { light: 0, object: 0 });
-    let patches = deform(&ball_triangles(), None, FrameChoice::Parallelogram);
-    let objects = [TracedObject { name: "a".into(), patches, attributes: Box::new(NoAttributes) }];
+    let shell = deform(&ball_triangles(), None, FrameChoice::Parallelogram);
+    let objects = [TracedObject { name: "a".into(), shell, attributes: Box::new(NoAttributes) }];
     let twice = LightSet::try_new(&[missing.clone(), missing], &objects);
     assert_eq!(twice, Err(LightError::Object { light: 1, object: 0 }));
     assert_eq!(LightSet::default().sample(DVec3::ZERO, 0.0, DVec2::ZERO), None);

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec2, DVec3};
 use crate::analytic::{
     Chain, CoverSettings, Expression, Extension, ExtensionMode, Field, Region, Step, cover,
 };
-use crate::patch::{BezierPatch, TrimmedPatch};
+use crate::patch::{BezierPatch, Chart, Face, Shell};
 use crate::spline::{Axis, ControlLattice};
 use crate::subdivide::{Frame, FrameChoice};
 use crate::test_support::{Noise, ball_triangles, cube_triangles, deform, random_volume, scene_of};
@@ -24,19 +24,19 @@ fn region(bound: &str, index: u32, h: f64) -> Region {
     }
 }
 
-fn sheet(noise: &mut Noise) -> TrimmedPatch {
+fn sheet(noise: &mut Noise) -> Face {
     let points = (0..16).map(|k| {
         let flat = DVec3::new(f64::from(k / 4) / 3.0, f64::from(k % 4) / 3.0, 0.5);
         (flat + 0.1 * noise.vector()).extend(1.0)
     });
     let frame = Frame { origin: DVec3::ZERO, s: DVec3::X, t: DVec3::Y };
-    TrimmedPatch::untrimmed(frame, BezierPatch::new([3, 3], points.collect()))
+    Face::untrimmed(Chart::Plane(frame), BezierPatch::new([3, 3], points.collect()))
 }
 
 /// Chains with low and high contact, creases and tears.
 fn scenes() -> Vec<(&'static str, TracedScene)> {
     let mut noise = Noise(41);
-    let base = vec![sheet(&mut noise)];
+    let base = Shell::from(vec![sheet(&mut noise)]);
     let circles = || {
         vec![
             region("((u-0.4)^2 + (v-0.5)^2)/0.08 - 1", 2, 0.9),
@@ -55,11 +55,12 @@ fn scenes() -> Vec<(&'static str, TracedScene)> {
     let smooth = Step::Volume(random_volume(&mut noise, [2, 3, 2], [5, 5, 4], 0.1, false));
     let rational = Step::Volume(random_volume(&mut noise, [2, 2, 2], [4, 4, 4], 0.1, true));
     let creased = Step::Volume(random_volume(&mut noise, [1, 1, 1], [4, 4, 3], 0.1, false));
-    let mut ball = deform(&ball_triangles(), None, FrameChoice::Parallelogram);
+    let mut ball = deform(&ball_triangles(), None, FrameChoice::Parallelogram).into_faces();
     ball.truncate(12);
-    let made = |name, base: &[TrimmedPatch], steps: Vec<Step>| {
+    let ball = Shell::from(ball);
+    let made = |name, base: &Shell, steps: Vec<Step>| {
         let covered = cover(base, &Arc::new(Chain::new(steps)), CoverSettings::default()).unwrap();
-        (name, scene_of(covered.patches))
+        (name, scene_of(covered.shell))
     };
     vec![
         made("operator", &base, vec![operator.clone()]),
@@ -74,8 +75,8 @@ fn scenes() -> Vec<(&'static str, TracedScene)> {
 }
 
 /// A place of a patch that is surface, often at its border or at a curve between pieces.
-fn place(noise: &mut Noise, patch: &TrimmedPatch, kind: usize) -> Option<DVec2> {
-    let corners = patch.trim.corners(&patch.trim.loops()[0]);
+fn place(noise: &mut Noise, patch: &Face, kind: usize) -> Option<DVec2> {
+    let corners = patch.region.corners(&patch.region.trim_loop(0));
     let weights: Vec<f64> = corners.iter().map(|_| noise.next() + 0.5).collect();
     let sum: f64 = weights.iter().sum();
     let mut st = corners.iter().zip(&weights).map(|(corner, weight)| *corner * (weight / sum)).sum::<DVec2>();
@@ -109,7 +110,7 @@ fn place(noise: &mut Noise, patch: &TrimmedPatch, kind: usize) -> Option<DVec2> 
 fn planted_rays_are_found_on_the_formula() {
     for (name, scene) in scenes() {
         let mut noise = Noise(43);
-        let patches = &scene.objects()[0].patches;
+        let patches = scene.objects()[0].faces();
         let (mut planted, mut all, mut tangent) = (0, 0, 0);
         for (number, patch) in patches.iter().enumerate() {
             for kind in 0..12 {
@@ -189,7 +190,7 @@ fn a_surface_in_a_face_of_a_lattices_box_is_there_once() {
     let bent = lattice.volume().unwrap();
     let covered =
         cover(&cube, &Arc::new(Chain::new(vec![Step::Volume(bent)])), CoverSettings::default()).unwrap();
-    let scene = scene_of(covered.patches);
+    let scene = scene_of(covered.shell);
     let mut noise = Noise(53);
     let mut through = 0;
     for _ in 0..4000 {
@@ -198,7 +199,7 @@ fn a_surface_in_a_face_of_a_lattices_box_is_there_once() {
         let hits = scene.all(&Ray::new(target - 4.0 * direction, direction));
         assert_eq!(hits.len() % 2, 0, "{target} along {direction}: {hits:?}");
         for hit in &hits {
-            let patch = &scene.objects()[0].patches[hit.patch as usize];
+            let patch = &scene.objects()[0].faces()[hit.patch as usize];
             let apart = patch.eval(hit.st).position.distance(patch.eval_whole(hit.st).position);
             assert!(apart < 1e-12, "{hit:?} is {apart:e} from the surface");
         }

@@ -14,7 +14,7 @@ fn pole(noise: &mut Noise) -> BezierPatch {
 
 /// A ray through the point at (s, t) of a patch with a pole, from a side from which the surface near it is seen.
 fn assert_pole_hit(noise: &mut Noise, scene: &TracedScene, st: DVec2) {
-    let patch = &scene.objects()[0].patches[0].patch;
+    let patch = &scene.objects()[0].faces()[0].patch;
     let near = patch.eval(DVec2::new(0.5, 1e-3));
     let normal = near.dp_ds.cross(near.dp_dt).normalize();
     let direction = (normal + 0.5 * noise.vector()).normalize();

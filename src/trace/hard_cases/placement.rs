@@ -78,7 +78,7 @@ fn is_delicate(scene: &TracedScene, hit: &PatchHit, st_error: DVec2, factor: f64
     let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
     let inside = corners.iter().all(|&(s, t)| {
         let moved = hit.st + DVec2::new(s, t) * margin;
-        trimmed.trim.find(moved, DVec2::ZERO).is_some_and(|found| found.polygon == hit.polygon)
+        trimmed.region.find(moved, DVec2::ZERO).is_some_and(|found| found.polygon == hit.polygon)
     });
     let all_but_tangent = st_error.max_element() > 1e-12;
     hit.tangent || all_but_tangent || !inside
@@ -107,11 +107,8 @@ fn assert_same_hits(noise: &mut Noise, placement: Placement) -> usize {
             assert_eq!(got.polygon, want.polygon, "{what}");
             let [got, want] = [(&scene, got, &placed), (&unit, want, &ray)].map(|(scene, hit, ray)| {
                 let trimmed = patch_of(scene, hit);
-                (
-                    trimmed.frame.point(hit.st),
-                    scene.st_error(hit, ray),
-                    trimmed.frame.s.abs() + trimmed.frame.t.abs(),
-                )
+                let [_, s, t] = trimmed.chart.coordinates();
+                (trimmed.chart.place(hit.st).coordinates(), scene.st_error(hit, ray), s.abs() + t.abs())
             });
             // patches may be cut and framed otherwise, so places on the undeformed shape are compared
             let off = (got.0 - placement.point(want.0)).abs().max_element() / placement.scale;

@@ -33,7 +33,7 @@ struct Planted {
 /// closest that it is the nearest.
 fn assert_planted(scene: &TracedScene, planted: Planted, direction: DVec3) {
     let Planted { patch, st, tilt, bound, .. } = planted;
-    let target = scene.objects()[0].patches[patch].patch.eval(st).position;
+    let target = scene.objects()[0].faces()[patch].patch.eval(st).position;
     let ray = Ray::new(target - REACH * direction, direction);
     let mut tracer = scene.tracer();
     let hits = tracer.all(&ray);
@@ -133,10 +133,10 @@ fn biased_place(noise: &mut Noise, corners: &[DVec2]) -> DVec2 {
 /// Planted roots in the trims of a deformed solid.
 fn plant_in_trims(noise: &mut Noise, scene: &TracedScene, tilts: &[f64], any_patch: bool) -> usize {
     let mut count = 0;
-    for (patch, trimmed) in scene.objects()[0].patches.iter().enumerate() {
-        for trim_loop in trimmed.trim.loops() {
+    for (patch, trimmed) in scene.objects()[0].faces().iter().enumerate() {
+        for trim_loop in trimmed.region.loops() {
             for &tilt in tilts {
-                let st = biased_place(noise, trimmed.trim.corners(trim_loop));
+                let st = biased_place(noise, trimmed.region.corners(&trim_loop));
                 let Some(direction) = near_tangent(noise, &trimmed.patch, st, tilt) else { continue };
                 let bound = if tilt > NEARLY_TANGENT { BOUND } else { 100.0 * BOUND };
                 assert_planted(scene, Planted { patch, st, tilt, bound, any_patch }, direction);
