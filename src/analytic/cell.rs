@@ -44,7 +44,7 @@ pub(super) fn rectangle([low, high]: [DVec2; 2], scale: [[f64; SIZES]; 2]) -> [D
 
 /// What of a rectangle of a formula's base patch belongs to a piece.
 pub(super) fn overlap(formula: &Formula, piece: &Piece, rectangle: [Disc; 2]) -> Overlap {
-    let mut possible = Possible::of(piece);
+    let mut possible = Possible::given(piece);
     formula.range(rectangle, &mut possible);
     possible.overlap()
 }

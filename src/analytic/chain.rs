@@ -28,7 +28,7 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// Of deformations in the order they apply.
+    /// The chain of deformations, in the order they apply.
     ///
     /// # Panics
     /// If more than [`MAX_FIELDS`] follow a normal or tangents.

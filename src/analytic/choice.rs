@@ -266,7 +266,7 @@ pub(super) struct Possible {
 
 impl Possible {
     /// With the answers of a piece.
-    pub(super) fn of(piece: &Piece) -> Self {
+    pub(super) fn given(piece: &Piece) -> Self {
         Self { asked: Vec::new(), given: piece.choices.to_vec() }
     }
 

@@ -12,10 +12,7 @@ use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::math::polygon::Side;
-use crate::patch::{
-    BezierPatch, Face, LineCuts, LoopCorner, Overlap, Region, RegionBuilder, Shell, TrimLoop, doubled_area,
-};
+use crate::patch::{BezierPatch, Face, LineCuts, Overlap, Region, Shell, TrimLoop};
 use crate::spline::{KnotBox, SplineVolume};
 use crate::subdivide::VertexNumbers;
 
@@ -24,6 +21,7 @@ use super::chain::{Chain, Formula};
 use super::choice::{ByValue, Piece, pieces};
 use super::disc::Disc;
 use super::interpolate::{Interpolant, interpolate, interpolation_error, lebesgue};
+use super::loop_part::{LoopPart, local_region};
 use super::number::{Number, SIZES};
 use super::step::Step;
 
@@ -492,39 +490,3 @@ fn discs(of: [DVec2; 2]) -> [Disc; 2] {
 }
 
 const _: () = assert!(2 * REACHES.len() < SIZES);
-
-/// What of a loop is in a rectangle.
-struct LoopPart {
-    polygon: u32,
-    face: u32,
-    corners: Vec<LoopCorner>,
-}
-
-impl LoopPart {
-    /// What of it is in a rectangle, if that has an area.
-    fn clipped(&self, rectangle: [DVec2; 2], cuts: &mut LineCuts<'_>) -> Option<Self> {
-        let (mut corners, mut kept) = (self.corners.clone(), Vec::new());
-        for axis in 0..2 {
-            for (end, side) in rectangle.iter().zip([Side::Above, Side::Below]) {
-                let line = [axis as u64, end[axis].to_bits()];
-                cuts.clip(&corners, (axis, end[axis], side), line, &mut kept);
-                std::mem::swap(&mut corners, &mut kept);
-            }
-        }
-        let has_area = corners.len() >= 3 && doubled_area(&corners) > 0.0;
-        has_area.then_some(Self { corners, ..*self })
-    }
-}
-
-/// The region of parts in a rectangle, whose unit square it is in, with the vertices of its corners.
-fn local_region(parts: &[LoopPart], [low, high]: [DVec2; 2]) -> (Region, Vec<u32>) {
-    let mut builder = RegionBuilder::default();
-    for part in parts {
-        let local = part.corners.iter().map(|&LoopCorner { st, vertex }| LoopCorner {
-            st: ((st - low) / (high - low)).clamp(DVec2::ZERO, DVec2::ONE),
-            vertex,
-        });
-        builder.push(part.polygon, part.face, local);
-    }
-    builder.finish()
-}

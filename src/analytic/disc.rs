@@ -46,7 +46,7 @@ impl Disc {
 impl Number for Disc {
     const SINGLE: bool = false;
 
-    fn of(value: f64) -> Self {
+    fn constant(value: f64) -> Self {
         Self { centre: value, radius: [0.0; SIZES] }
     }
 
@@ -121,7 +121,7 @@ impl Number for Disc {
     }
 
     fn asin(self) -> Self {
-        let slope = Self::of(1.0).subtract(self.multiply(self)).power(-0.5);
+        let slope = Self::constant(1.0).subtract(self.multiply(self)).power(-0.5);
         let mut made = self.with_slope(libm::asin(self.centre.clamp(-1.0, 1.0)), slope);
         if !made.radius[0].is_finite() {
             made.radius[0] = std::f64::consts::PI;
@@ -130,7 +130,7 @@ impl Number for Disc {
     }
 
     fn atan(self) -> Self {
-        let slope = Self::of(1.0).add(self.multiply(self)).reciprocal();
+        let slope = Self::constant(1.0).add(self.multiply(self)).reciprocal();
         let mut made = self.with_slope(libm::atan(self.centre), slope);
         made.radius[0] = self.radius[0].min(std::f64::consts::PI);
         made
@@ -178,7 +178,7 @@ mod tests {
         ("sqrt", |z| z.power(0.5), |z| z.sqrt()),
         ("z^2.5", |z| z.power(2.5), |z| z.powf(2.5)),
         ("z^-1.3", |z| z.power(-1.3), |z| z.powf(-1.3)),
-        ("z (z + 2)", |z| z.multiply(z.add(Disc::of(2.0))), |z| z * (z + 2.0)),
+        ("z (z + 2)", |z| z.multiply(z.add(Disc::constant(2.0))), |z| z * (z + 2.0)),
     ];
 
     #[test]

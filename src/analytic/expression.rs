@@ -110,7 +110,7 @@ impl Expression {
     /// # Errors
     /// If the text is no expression, is too long or too deeply nested, or has a constant part that is not finite.
     pub fn parse(text: &str) -> Result<Self, ExpressionError> {
-        Ok(Self { text: text.to_owned(), program: Program::of(&tree(text)?) })
+        Ok(Self { text: text.to_owned(), program: Program::from_tree(&tree(text)?) })
     }
 
     /// The text as it was given.
@@ -441,7 +441,7 @@ mod tests {
     use crate::analytic::choice::ByValue;
 
     fn value(text: &str, u: f64, v: f64) -> f64 {
-        parse(text).at(&[u, v].map(Jet::<f64, 1>::of), &mut ByValue).value()
+        parse(text).at(&[u, v].map(Jet::<f64, 1>::constant), &mut ByValue).value()
     }
 
     fn parse(text: &str) -> Expression {

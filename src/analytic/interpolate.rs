@@ -32,7 +32,7 @@ impl Nodes {
     }
 }
 
-/// Of the first rows and columns.
+/// The inverse of a matrix' first rows and columns.
 fn inverse(size: usize, matrix: &Matrix) -> Matrix {
     let inverse = DMatrix::from_fn(size, size, |i, j| matrix[i][j]).try_inverse();
     let inverse = inverse.expect("Bernstein polynomials at distinct points are independent");

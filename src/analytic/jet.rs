@@ -33,18 +33,18 @@ impl<T: Number, const N: usize> Jet<T, N> {
     const ORDER: usize = order_of(N);
 
     /// A constant.
-    pub(super) fn of(value: T) -> Self {
-        let mut coefficients = [T::of(0.0); N];
+    pub(super) fn constant(value: T) -> Self {
+        let mut coefficients = [T::constant(0.0); N];
         coefficients[0] = value;
         Self { coefficients }
     }
 
     /// value + slope · s, or + slope · t.
     pub(super) fn linear(value: T, [by_s, by_t]: [f64; 2]) -> Self {
-        let mut jet = Self::of(value);
+        let mut jet = Self::constant(value);
         if N > 1 {
-            jet.coefficients[1] = T::of(by_s);
-            jet.coefficients[2] = T::of(by_t);
+            jet.coefficients[1] = T::constant(by_s);
+            jet.coefficients[2] = T::constant(by_t);
         }
         jet
     }
@@ -68,16 +68,16 @@ impl<T: Number, const N: usize> Jet<T, N> {
     /// With a number added.
     pub(super) fn plus(&self, value: f64) -> Self {
         let mut sum = *self;
-        sum.coefficients[0] = sum.coefficients[0].add(T::of(value));
+        sum.coefficients[0] = sum.coefficients[0].add(T::constant(value));
         sum
     }
 
     pub(super) fn multiply(&self, other: &Self) -> Self {
         let (a, b) = (&self.coefficients, &other.coefficients);
         if N == 1 {
-            return Self::of(a[0].multiply(b[0]));
+            return Self::constant(a[0].multiply(b[0]));
         }
-        let mut product = [T::of(0.0); N];
+        let mut product = [T::constant(0.0); N];
         for i in 0..=Self::ORDER {
             for j in 0..=Self::ORDER - i {
                 for k in 0..=Self::ORDER - i - j {
@@ -94,8 +94,8 @@ impl<T: Number, const N: usize> Jet<T, N> {
     /// The function with these Taylor coefficients about this jet's value, at this jet.
     fn compose(&self, series: &Series<T>) -> Self {
         let mut small = *self;
-        small.coefficients[0] = T::of(0.0);
-        let mut sum = Self::of(series[Self::ORDER]);
+        small.coefficients[0] = T::constant(0.0);
+        let mut sum = Self::constant(series[Self::ORDER]);
         for order in (0..Self::ORDER).rev() {
             sum = sum.multiply(&small);
             sum.coefficients[0] = series[order];
@@ -105,7 +105,7 @@ impl<T: Number, const N: usize> Jet<T, N> {
 
     /// The partial derivatives by s and t; the highest order of them is missing and 0.
     pub(super) fn partials(&self) -> [Self; 2] {
-        let mut partials = [Self::of(T::of(0.0)); 2];
+        let mut partials = [Self::constant(T::constant(0.0)); 2];
         for i in 0..Self::ORDER {
             for j in 0..Self::ORDER - i {
                 let [by_s, by_t] = &mut partials;
@@ -176,7 +176,7 @@ impl<T: Number, const N: usize> Jet<T, N> {
             binomial *= (left + 1.0) / k as f64;
             // a power that ends has no terms beyond, not even 0 · infinity
             *coefficient =
-                if binomial == 0.0 { T::of(0.0) } else { self.value().power(left).scale(binomial) };
+                if binomial == 0.0 { T::constant(0.0) } else { self.value().power(left).scale(binomial) };
         }
         self.compose(&series)
     }
@@ -195,17 +195,17 @@ impl<T: Number, const N: usize> Jet<T, N> {
                 square = square.multiply(&square);
             }
         }
-        let power = power.unwrap_or_else(|| Self::of(T::of(1.0)));
+        let power = power.unwrap_or_else(|| Self::constant(T::constant(1.0)));
         if exponent < 0 { power.reciprocal() } else { power }
     }
 
     /// y' = 1 / (1 + x²), whose series w about x0 has (1 + x0²) `w_k` = -2 x0 `w_(k-1)` - `w_(k-2)`.
     pub(super) fn atan(&self) -> Self {
         let x = self.value();
-        let inverse = x.multiply(x).add(T::of(1.0)).reciprocal();
+        let inverse = x.multiply(x).add(T::constant(1.0)).reciprocal();
         let mut slope = [inverse; MAX_ORDER];
         for k in 1..Self::ORDER {
-            let before = if k > 1 { slope[k - 2] } else { T::of(0.0) };
+            let before = if k > 1 { slope[k - 2] } else { T::constant(0.0) };
             slope[k] = x.scale(2.0).multiply(slope[k - 1]).add(before).scale(-1.0).multiply(inverse);
         }
         self.compose(&integral(x.atan(), &slope))
@@ -216,11 +216,11 @@ impl<T: Number, const N: usize> Jet<T, N> {
         let x = self.value();
         let mut slope = [x; MAX_ORDER];
         if N > 1 {
-            let inverse = T::of(1.0).subtract(x.multiply(x)).reciprocal();
+            let inverse = T::constant(1.0).subtract(x.multiply(x)).reciprocal();
             slope[0] = inverse.power(0.5);
             for k in 1..Self::ORDER {
                 let n = (k - 1) as f64;
-                let before = if k > 1 { slope[k - 2].scale(n) } else { T::of(0.0) };
+                let before = if k > 1 { slope[k - 2].scale(n) } else { T::constant(0.0) };
                 let sum = x.scale(1.0 + 2.0 * n).multiply(slope[k - 1]).add(before);
                 slope[k] = sum.multiply(inverse).scale(1.0 / (n + 1.0));
             }
@@ -229,7 +229,7 @@ impl<T: Number, const N: usize> Jet<T, N> {
     }
 }
 
-/// Of a function that is its own derivative.
+/// The Taylor series of a function that is its own derivative.
 fn exponential<T: Number>(value: T) -> Series<T> {
     let mut series = [value; MAX_ORDER + 1];
     for k in 1..=MAX_ORDER {
@@ -238,12 +238,12 @@ fn exponential<T: Number>(value: T) -> Series<T> {
     series
 }
 
-/// Of a function with second derivative -f, from its value and slope.
+/// The Taylor series of a function with second derivative -f, from its value and slope.
 fn circular<T: Number>(value: T, slope: T) -> Series<T> {
     [value, slope, value.scale(-0.5), slope.scale(-1.0 / 6.0), value.scale(1.0 / 24.0)]
 }
 
-/// Of a function from its value and the series of its derivative.
+/// The Taylor series of a function from its value and the series of its derivative.
 fn integral<T: Number>(value: T, slope: &[T; MAX_ORDER]) -> Series<T> {
     let mut series = [value; MAX_ORDER + 1];
     for k in 1..=MAX_ORDER {

@@ -12,6 +12,7 @@ mod disc;
 mod expression;
 mod interpolate;
 mod jet;
+mod loop_part;
 mod number;
 mod program;
 mod step;

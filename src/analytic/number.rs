@@ -12,7 +12,7 @@ pub(super) type Series<T> = [T; MAX_ORDER + 1];
 /// A number, or a set of numbers around one.
 pub(super) trait Number: Copy + std::fmt::Debug {
     /// A single number.
-    fn of(value: f64) -> Self;
+    fn constant(value: f64) -> Self;
 
     /// The numbers within some distances of one; `reach` gives the distances where sets are meant.
     fn around(centre: f64, reach: impl FnOnce() -> [f64; SIZES]) -> Self;
@@ -50,7 +50,7 @@ impl Number for f64 {
     const SINGLE: bool = true;
 
     #[inline]
-    fn of(value: f64) -> Self {
+    fn constant(value: f64) -> Self {
         value
     }
 

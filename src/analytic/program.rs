@@ -41,7 +41,7 @@ pub(super) struct Program {
 const SMALL: usize = 8;
 
 impl Program {
-    pub(super) fn of(root: &Node) -> Self {
+    pub(super) fn from_tree(root: &Node) -> Self {
         let mut operations = Vec::new();
         let height = append(root, &mut operations);
         let is_question = |operation: &&Operation| **operation == Operation::Call(Function::Abs);
@@ -60,7 +60,7 @@ impl Program {
         uv: &[Jet<T, N>; 2],
         choose: &mut impl Choose<T>,
     ) -> Jet<T, N> {
-        let nothing = Jet::of(T::of(0.0));
+        let nothing = Jet::constant(T::constant(0.0));
         if self.height <= SMALL {
             self.run_on(&mut [nothing; SMALL], uv, choose)
         } else {
@@ -77,7 +77,7 @@ impl Program {
         let mut height = 0;
         for operation in &self.operations {
             let (operands, made) = match *operation {
-                Operation::Number(value) => (0, Jet::of(T::of(value))),
+                Operation::Number(value) => (0, Jet::constant(T::constant(value))),
                 Operation::U => (0, uv[0]),
                 Operation::V => (0, uv[1]),
                 Operation::Scale(factor) => (1, stack[height - 1].scale(factor)),

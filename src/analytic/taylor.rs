@@ -43,7 +43,7 @@ struct Expansion {
 }
 
 impl Expansion {
-    /// Of a patch, in s and t, up to a power of each.
+    /// The expansion of a patch, in s and t, up to a power of each.
     fn of_patch(patch: &BezierPatch, st: DVec2, most: usize) -> Self {
         let degree = patch.degree();
         let powers = degree.map(|degree| degree.min(most));
@@ -69,7 +69,7 @@ impl Expansion {
         Self { powers: [powers[0], powers[1], 0], coefficients, rational: patch.is_rational() }
     }
 
-    /// Of a knot box' piece, in its three coordinates, up to a power of each.
+    /// The expansion of a knot box' piece, in its three coordinates, up to a power of each.
     fn of_volume(volume: &SplineVolume, knot_box: KnotBox, place: DVec3, most: usize) -> Self {
         let degree = volume.degree();
         let powers = degree.map(|degree| degree.min(most));
@@ -129,14 +129,14 @@ impl Expansion {
             *point -= (point.w * middle).extend(0.0);
         }
         let reach = arguments.each_ref().map(|argument| argument.value().reach());
-        let mut sums = [Jet::<T, N>::of(T::of(0.0)); 4];
+        let mut sums = [Jet::<T, N>::constant(T::constant(0.0)); 4];
         // the arguments less their values
         let mut steps = *arguments;
         for step in &mut steps {
-            step.coefficients[0] = T::of(0.0);
+            step.coefficients[0] = T::constant(0.0);
         }
         let order = order_of(N);
-        let (mut by_x, mut left) = (Jet::of(T::of(1.0)), order);
+        let (mut by_x, mut left) = (Jet::constant(T::constant(1.0)), order);
         for a in 0..=self.powers[0].min(order) {
             if a > 0 {
                 (by_x, left) = (by_x.multiply(&steps[0]), order - a);
@@ -155,7 +155,7 @@ impl Expansion {
                     for (sum, coefficient) in
                         sums.iter_mut().zip(coefficient).take(if self.rational { 4 } else { 3 })
                     {
-                        *sum = sum.add(&by_z.multiply(&Jet::of(coefficient)));
+                        *sum = sum.add(&by_z.multiply(&Jet::constant(coefficient)));
                     }
                 }
             }
@@ -174,7 +174,7 @@ impl Expansion {
     fn coefficient<T: Number>(&self, [a, b, c]: [usize; 3], reach: &[[f64; SIZES]; 3]) -> [T; 4] {
         let at = self.get([a, b, c]).to_array();
         if T::SINGLE {
-            return at.map(T::of);
+            return at.map(T::constant);
         }
         let mut radii = [[0.0; SIZES]; 4];
         let mut along_x = [1.0; SIZES];
@@ -232,11 +232,11 @@ fn linear<T: Number, const N: usize, const ARGUMENTS: usize>(
     arguments: &[Jet<T, N>; ARGUMENTS],
 ) -> Point<T, N> {
     std::array::from_fn(|axis| {
-        let mut jet = Jet::of(T::of(position[axis]));
+        let mut jet = Jet::constant(T::constant(position[axis]));
         for k in 1..N {
             let terms = arguments.iter().zip(derivatives);
             let sum: f64 = terms.map(|(argument, by)| argument.coefficients[k].centre() * by[axis]).sum();
-            jet.coefficients[k] = T::of(sum);
+            jet.coefficients[k] = T::constant(sum);
         }
         jet
     })
@@ -248,12 +248,12 @@ pub(super) fn on_patch<T: Number, const N: usize>(patch: &BezierPatch, st: &[Jet
     if is_linear::<T, N>() {
         if N == 1 {
             let (position, _) = patch.homogeneous(DVec2::new(s, t));
-            return position.to_array().map(|x| Jet::of(T::of(x)));
+            return position.to_array().map(|x| Jet::constant(T::constant(x)));
         }
         let point = patch.eval(DVec2::new(s, t));
         return linear(point.position, [point.dp_ds, point.dp_dt], st);
     }
-    let nothing = Jet::of(T::of(0.0));
+    let nothing = Jet::constant(T::constant(0.0));
     Expansion::of_patch(patch, DVec2::new(s, t), most_powers::<T, N>()).at(&[st[0], st[1], nothing])
 }
 
@@ -267,7 +267,7 @@ pub(super) fn deformed<T: Number, const N: usize>(
     if is_linear::<T, N>() {
         if N == 1 {
             let point = volume.homogeneous_in_knot_box(knot_box, at);
-            return (point.truncate() / point.w).to_array().map(|x| Jet::of(T::of(x)));
+            return (point.truncate() / point.w).to_array().map(|x| Jet::constant(T::constant(x)));
         }
         let point = volume.eval_in_knot_box(knot_box, at);
         let DMat3 { x_axis, y_axis, z_axis } = point.jacobian;

@@ -494,7 +494,7 @@ fn jets_are_taylor_series() {
         let jet = expression.at(&uv, &mut ByValue);
         for [du, dv] in [[1.0, 0.0], [0.0, 1.0], [0.6, -0.8]] {
             let value = |t: f64| {
-                let at = [u + t * du, v + t * dv].map(Jet::<f64, 1>::of);
+                let at = [u + t * du, v + t * dv].map(Jet::<f64, 1>::constant);
                 expression.at(&at, &mut ByValue).value()
             };
             let sum = |order: usize| -> f64 {

@@ -26,7 +26,7 @@ pub(super) struct FlatMesh {
 }
 
 impl Facet {
-    fn of(patch: &Face) -> Self {
+    fn from_face(patch: &Face) -> Self {
         let points: Vec<_> = patch.patch.positions().collect();
         let corners = [points[0], points[2], points[1]];
         let [origin, s, t] = patch.chart.coordinates();
@@ -59,9 +59,9 @@ impl Facet {
 }
 
 impl FlatMesh {
-    /// Of patches as [`crate::patch::Facet::patch`] makes them.
+    /// The triangles of faces as [`crate::patch::Facet::to_face`] makes them.
     pub(super) fn new(patches: &[Face]) -> Self {
-        let facets: Vec<_> = patches.iter().map(Facet::of).collect();
+        let facets: Vec<_> = patches.iter().map(Facet::from_face).collect();
         let boxes: Vec<_> = facets.iter().map(Facet::bounds).collect();
         Self { tree: BoxTree::build(&boxes), facets }
     }

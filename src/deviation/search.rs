@@ -37,6 +37,9 @@ const CLOSELY: u32 = 24;
 /// Cells of one triangle that are halved before the search gives up.
 const MAX_SECTIONS: usize = 400_000;
 
+/// After so many cells it is asked whether to stop.
+const OFTEN: usize = 1024;
+
 /// How large sections of flat triangles may be, in parts of the distance looked for, to be asked what of the whole surface is
 /// nearest: for larger ones the answer says little.
 const NEAR: f64 = 4.0;
@@ -72,9 +75,9 @@ impl Far {
 /// What is known of one flat triangle.
 #[derive(Clone, Copy, Debug, Default)]
 struct Measured {
-    /// Of a few points of the surface the farthest from the triangle itself: another one may be nearer.
+    /// The farthest of a few points of the surface from the triangle itself: another one may be nearer.
     surface: Far,
-    /// Of a few points of the triangle the farthest from the sheets it stands for.
+    /// The farthest of a few points of the triangle from the sheets it stands for.
     flat: Far,
     /// The integral of the distance, and of the angle in degrees, over the flat triangle; its area.
     distance: f64,
@@ -144,11 +147,8 @@ impl<'a> Search<'a> {
             return Err(DeviationError::NotWhole { share: covered / whole });
         }
         let mut level = Level { found: self.first_distance(&measured), rounding: self.rounding };
-        let mut outcomes: Vec<Outcome> = (0..count)
-            .into_par_iter()
-            .map(|index| self.search(index, self.sections(index).0, level))
-            .collect();
-        outcomes.par_extend(self.surface.poles().into_par_iter().map(|sheet| self.search_pole(sheet, level)));
+        let outcomes: Vec<Outcome> =
+            (0..count).into_par_iter().map(|index| self.search(index, level)).collect();
         self.check_cancel()?;
         level.found = outcomes.iter().map(|outcome| outcome.level.found).fold(level.found, f64::max);
         let bound = outcomes.iter().map(|outcome| outcome.bound).fold(level.enough(), f64::max);
@@ -162,8 +162,7 @@ impl<'a> Search<'a> {
         if self.cancel.load(Ordering::Relaxed) { Err(DeviationError::Interrupted) } else { Ok(()) }
     }
 
-    /// The sections of a flat triangle, its part over each leading sheet as triangles, and the share of it over those without a
-    /// pole.
+    /// The sections of a flat triangle, its part over each leading sheet as triangles, and their share of it.
     fn sections(&self, index: usize) -> (Vec<Section>, f64) {
         let facet = &self.mesh.facets[index];
         let mut sections = Vec::with_capacity(4);
@@ -187,7 +186,7 @@ impl<'a> Search<'a> {
                 let share = ((q - p).perp_dot(r - p) / whole).abs();
                 // of what rounding leaves on a border
                 if share > 1e-12 {
-                    covered += if self.surface.sheets[sheet].has_pole { 0.0 } else { share };
+                    covered += share;
                     sections.push(Section { sheet, corners });
                 }
             }
@@ -291,7 +290,14 @@ impl<'a> Search<'a> {
     }
 
     /// The greatest distance of a triangle's part of the surface, and of the triangle itself, if it is above the one known.
-    fn search(&self, index: usize, sections: Vec<Section>, level: Level) -> Outcome {
+    fn search(&self, index: usize, level: Level) -> Outcome {
+        let (sections, _) = self.sections(index);
+        let outcome = self.search_surface(index, &sections, level);
+        self.search_triangle(sections, outcome)
+    }
+
+    /// The same for parts of the surface alone, which are likely near to a flat triangle.
+    fn search_surface(&self, index: usize, sections: &[Section], level: Level) -> Outcome {
         let facet = &self.mesh.facets[index];
         let mut open: Vec<_> = sections.iter().flat_map(|section| self.on_siblings(section)).collect();
         let mut outcome = Outcome { level, bound: 0.0 };
@@ -302,6 +308,9 @@ impl<'a> Search<'a> {
         let mut looked_at = 0;
         while let Some(section) = open.pop() {
             looked_at += 1;
+            if looked_at % OFTEN == 0 && self.cancel.load(Ordering::Relaxed) {
+                return outcome;
+            }
             let enough = outcome.level.enough();
             let points = section.corners.map(|corner| corner.exact.position);
             let bend = self.surface.sheets[section.sheet].bend(section.corners.map(|corner| corner.exact.st));
@@ -345,25 +354,7 @@ impl<'a> Search<'a> {
             }
             open.extend(self.quarters(&section));
         }
-        self.search_triangle(sections, outcome)
-    }
-
-    /// The greatest distance of a sheet that is not wholly under triangles, for some of them have no area.
-    fn search_pole(&self, sheet: usize, level: Level) -> Outcome {
-        let corners = self.surface.sheets[sheet].corners;
-        let middle = corners.iter().sum::<DVec2>() / corners.len() as f64;
-        let Some(index) =
-            self.mesh.nearest(self.surface.sheets[sheet].place(middle).position, f64::INFINITY).1
-        else {
-            return Outcome { level, bound: f64::INFINITY };
-        };
-        // its own points stand for the triangles: these are searched by themselves
-        let corner = |st: DVec2| {
-            let exact = self.surface.sheets[sheet].place(st);
-            Corner { exact, flat: exact.position }
-        };
-        let fan = (1..corners.len() - 1).map(|i| [corners[0], corners[i], corners[i + 1]].map(corner));
-        self.search(index, fan.map(|corners| Section { sheet, corners }).collect(), level)
+        outcome
     }
 
     /// A section on all sheets over its loop.
@@ -383,6 +374,9 @@ impl<'a> Search<'a> {
         let mut looked_at = 0;
         while let Some(section) = open.pop() {
             looked_at += 1;
+            if looked_at % OFTEN == 0 && self.cancel.load(Ordering::Relaxed) {
+                return outcome;
+            }
             let enough = outcome.level.enough();
             let middle = self.middle(&section);
             let own = self.surface.holder(section.sheet, middle.exact.st).unwrap_or(section.sheet);

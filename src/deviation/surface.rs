@@ -18,9 +18,6 @@ const SAME_PLANE: f64 = 1e-9;
 /// width within which a lattice takes places beside its box for inside, in the parameters of a small cell.
 const STRIP: f64 = 1e-9;
 
-/// A side whose points are no farther apart than this, in parts of the patch's size, is a point.
-const POINT: f64 = 1e-12;
-
 /// Steps of Newton's method toward the nearest point of a sheet.
 const STEPS: usize = 3;
 
@@ -49,8 +46,6 @@ pub(super) struct Sheet<'a> {
     /// The parameters of a point of the frame's plane are its products with these, from the origin.
     dual: [DVec3; 2],
     normal: DVec3,
-    /// Whether a side of it is a point: the triangles that stand for it there have no area and may be missing.
-    pub(super) has_pole: bool,
     /// Bounds of the second partials by s twice, by both, and by t twice, over the loop's bounding rectangle.
     second: [f64; 3],
 }
@@ -103,19 +98,13 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Area before the deformation, less that of sheets with a pole.
+    /// Area before the deformation.
     pub(super) fn rest_area(&self) -> f64 {
         let area = |sheet: &Sheet<'_>| {
             let [_, s, t] = sheet.patch.chart.coordinates();
             0.5 * polygon::doubled_area(sheet.corners) * s.cross(t).length()
         };
-        self.sheets.iter().filter(|sheet| sheet.patch.leads() && !sheet.has_pole).map(area).sum()
-    }
-
-    /// Leading sheets of which a side is a point.
-    pub(super) fn poles(&self) -> Vec<usize> {
-        let is_pole = |index: &usize| self.sheets[*index].has_pole && self.sheets[*index].patch.leads();
-        (0..self.sheets.len()).filter(is_pole).collect()
+        self.sheets.iter().filter(|sheet| sheet.patch.leads()).map(area).sum()
     }
 
     /// All sheets over the same loop as one, itself included.
@@ -124,7 +113,7 @@ impl<'a> Surface<'a> {
         (0..count).map(move |number| first + number * stride)
     }
 
-    /// Of the sheets over the same loop as one, that which holds a place; `None` where rounding has it outside all.
+    /// The sheet that holds a place, of those over the same loop as one; `None` where rounding has it outside all.
     pub(super) fn holder(&self, index: usize, st: DVec2) -> Option<usize> {
         self.siblings(index).find(|&sheet| self.sheets[sheet].holds(st))
     }
@@ -237,17 +226,6 @@ fn keep_nearer(nearest: &mut (f64, Option<usize>), distance: f64, sheet: usize) 
     }
 }
 
-/// Whether a side of a loop is a point, within rounding.
-fn has_pole(patch: &BezierPatch, corners: &[DVec2]) -> bool {
-    let [low, high] = patch.hull_bounds();
-    let rounding = POINT * (high - low).length();
-    (0..corners.len()).any(|i| {
-        let [from, to] = [corners[i], corners[(i + 1) % corners.len()]];
-        let at = |part: f64| patch.eval(from.lerp(to, part)).position;
-        at(0.0).distance(at(1.0)) <= rounding && at(0.0).distance(at(0.5)) <= rounding
-    })
-}
-
 impl<'a> Sheet<'a> {
     fn new(patch: &'a Face, (corners, face): (&'a [DVec2], u32), siblings: Siblings) -> Self {
         let [_, s, t] = patch.chart.coordinates();
@@ -256,8 +234,7 @@ impl<'a> Sheet<'a> {
         let dual = [t.cross(normal) / area_sq, normal.cross(s) / area_sq];
         let [low, high] = polygon::bounds(corners.iter().copied()).unwrap_or_default();
         let second = second_partials(&patch.patch, [low, high]);
-        let has_pole = has_pole(&patch.patch, corners);
-        Self { siblings, patch, corners, face, dual, normal: normal / area_sq.sqrt(), has_pole, second }
+        Self { siblings, patch, corners, face, dual, normal: normal / area_sq.sqrt(), second }
     }
 
     fn height(&self, rest: DVec3) -> f64 {

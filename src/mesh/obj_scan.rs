@@ -46,7 +46,7 @@ pub(super) fn scan(text: &str) -> Result<Scan, Faults> {
 struct ForwardReference {
     at: usize,
     line: LineAt,
-    /// Of all corners.
+    /// Its number among all corners.
     corner: usize,
     /// What it refers to.
     what: usize,

@@ -135,7 +135,7 @@ struct Ring<'a> {
     next: Vec<usize>,
     previous: Vec<usize>,
     len: usize,
-    /// Of the vertices left those count that turn right or go straight on: only such can lie in an ear.
+    /// Those of the vertices left that turn right or go straight on: only such can lie in an ear.
     reflex: PointTree<'a>,
     is_left: Vec<bool>,
     /// Vertices that may be ears, by [`Touching`].

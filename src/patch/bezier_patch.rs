@@ -295,7 +295,7 @@ impl BezierPatch {
     }
 }
 
-/// Of the points' first three coordinates.
+/// The greatest length of the points' first three coordinates.
 fn greatest_length<const STRIDE: usize>(points: &[[f64; STRIDE]]) -> f64 {
     // several side by side, for none waits for another
     let mut squares = [0.0; 4];

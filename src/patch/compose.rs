@@ -108,7 +108,7 @@ impl Composer {
 /// The product of an axis' factor with polynomials whose coefficients are arrays over the axes that are still to sum.
 struct Product<'a> {
     factor: &'a AxisFactor,
-    /// Of the polynomials.
+    /// The polynomials' degree.
     degree: [usize; 2],
     /// Points for each coefficient and basis function.
     run: usize,

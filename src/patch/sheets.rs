@@ -25,7 +25,7 @@ pub struct Sheets<'a> {
 }
 
 impl<'a> Sheets<'a> {
-    /// Of the faces of an object, in their order, those that go together.
+    /// The sheets that the faces of an object are, in their order.
     pub(crate) fn of_faces(faces: &'a [Face]) -> impl Iterator<Item = Self> {
         faces.chunk_by(|_, next| !next.leads()).map(|faces| Self { faces })
     }

@@ -11,7 +11,7 @@ use super::face::Face;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shell {
     faces: Vec<Face>,
-    /// Of the corners of the faces' regions, one face after the other.
+    /// The vertices of the corners of the faces' regions, one face after the other.
     vertices: Vec<u32>,
     numbers: VertexNumbers,
 }

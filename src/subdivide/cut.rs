@@ -34,7 +34,7 @@ pub(crate) struct Piece {
 #[derive(Debug, Default)]
 pub(crate) struct Pieces {
     corners: Vec<DVec3>,
-    /// Of each corner.
+    /// The vertex of each corner.
     vertices: Vec<u32>,
     numbers: VertexNumbers,
     pieces: Vec<Piece>,

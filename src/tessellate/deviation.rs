@@ -20,9 +20,9 @@ const OBLIQUE: f64 = 0.9;
 /// Greatest distances from the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Distances {
-    /// Of the edges 0-1, 1-2 and 2-0.
+    /// On the edges 0-1, 1-2 and 2-0.
     pub(super) edges: [f64; 3],
-    /// Of the points inside.
+    /// At the points inside.
     pub(super) inside: f64,
 }
 

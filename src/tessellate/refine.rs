@@ -51,8 +51,7 @@ impl<'a> Refinement<'a> {
 
     /// Halves edges until all triangles are within `tolerance` of the surface; returns how far they are.
     ///
-    /// Of a triangle that is too far those edges are halved that are too far themselves, or, where only its inside is, the
-    /// longest.
+    /// A triangle that is too far has those edges halved that are too far themselves, or, where only its inside is, the longest.
     pub(super) fn refine_to(&mut self, tolerance: f64) -> Result<f64, TessellateError> {
         let farthest = self.mesh.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
         if tolerance < ROUNDING * farthest {

@@ -48,7 +48,7 @@ counters! {
         pub newton_steps: u64,
         /// Roots found by Bézier clipping, before trimming.
         pub roots: u64,
-        /// Of those, the ones at which the ray is tangent to the patch, within rounding.
+        /// Those of them at which the ray is tangent to the patch, within rounding.
         pub degenerate: u64,
         /// Patches that a ray lies in, within rounding: no single point is hit there.
         pub in_surface: u64,

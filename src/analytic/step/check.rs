@@ -85,16 +85,17 @@ pub(super) fn warnings(extension: &Extension, [along_u, along_v]: [[f64; 2]; 2])
 fn is_empty(region: &Region, domain: [DVec2; 2]) -> bool {
     // a double zero of -(1 ± cos) is no region by itself
     let below =
-        |uv: DVec2| region.bound.at(&uv.to_array().map(Jet::<f64, 1>::of), &mut ByValue).value() < 0.0;
-    let discs = |uv: [Disc; 2]| region.bound.at(&uv.map(Jet::<_, 1>::of), &mut Possible::default()).value();
+        |uv: DVec2| region.bound.at(&uv.to_array().map(Jet::<f64, 1>::constant), &mut ByValue).value() < 0.0;
+    let discs =
+        |uv: [Disc; 2]| region.bound.at(&uv.map(Jet::<_, 1>::constant), &mut Possible::default()).value();
     !matches!(sign(domain, below, discs), Sign::NotPositive(_))
 }
 
 /// Determinant of the map of space at (u, v): of D1 D2 … in operator mode, 1 + Σ (`E_i` - 1) in radial mode; along a field
 /// there is none, and this is 1.
 fn determinant<T: Number>(extension: &Extension, uv: [T; 2], choose: &mut impl Choose<T>) -> T {
-    let uv = uv.map(Jet::<T, 1>::of);
-    let one = T::of(1.0);
+    let uv = uv.map(Jet::<T, 1>::constant);
+    let one = T::constant(1.0);
     let mut product = one;
     for region in extension.regions() {
         let Some(exponent) = region.exponent(&uv, choose) else { continue };

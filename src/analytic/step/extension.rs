@@ -202,7 +202,7 @@ impl Region {
             _ => known.insert((h, exponent.scale(h).exp_minus_1())).1,
         };
         std::array::from_fn(|i| {
-            let mut sum = Jet::of(T::of(0.0));
+            let mut sum = Jet::constant(T::constant(0.0));
             for (j, part) in vector.iter().enumerate() {
                 let h = self.h[i][j];
                 if h != 0.0 {
@@ -231,7 +231,7 @@ impl Field {
             Self::TangentV => unit(&derivatives(point, uv)[1]),
             Self::Constant(vector) => {
                 let vector = vector.normalize();
-                std::array::from_fn(|axis| Jet::of(T::of(vector[axis])))
+                std::array::from_fn(|axis| Jet::constant(T::constant(vector[axis])))
             }
             Self::Expressions(parts) => {
                 let vector = [parts[0].at(uv, choose), parts[1].at(uv, choose), parts[2].at(uv, choose)];
