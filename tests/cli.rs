@@ -379,7 +379,7 @@ fn pictures_and_objects_light_a_scene() {
     at.write("lit.toml", envmap("cube.obj") + SCENE);
     at.refuse(
         &["info", "lit.toml"],
-        &["lit.toml:3:8: file", "is neither OpenEXR, Radiance HDR, PNG nor JPEG"],
+        &["lit.toml:3:8: file", "is neither OpenEXR, Radiance HDR, PNG, JPEG, TIFF, BMP, WebP nor TGA"],
     );
 }
 
