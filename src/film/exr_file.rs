@@ -181,7 +181,7 @@ fn is_deep(bytes: &[u8]) -> bool {
 
 /// Refuses what the header says, before the decoder takes memory for it: deep data, luminance and chroma, too many pixels, or
 /// more of them than so short a file can hold.
-pub(super) fn check_header(path: &Path, bytes: &[u8], limits: PictureLimits) -> Result<(), PictureError> {
+fn check_header(path: &Path, bytes: &[u8], limits: PictureLimits) -> Result<(), PictureError> {
     if is_deep(bytes) {
         return Err(PictureError::Deep { path: path.into() });
     }

@@ -106,11 +106,6 @@ fn decode(
     Ok((decoded, name))
 }
 
-/// Refuses what the header says, before memory is taken for it.
-pub(super) fn check_header(path: &Path, bytes: &[u8], limits: PictureLimits) -> Result<(), PictureError> {
-    checked_decoder(path, bytes, limits).map(|_| ())
-}
-
 /// A decoder that has read the header, which does not ask for too much; and the name of the format.
 fn checked_decoder<'a>(
     path: &Path,

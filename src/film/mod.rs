@@ -33,8 +33,7 @@ pub use layers::{Area, LayeredChannel, LayeredPicture, Numbers, Part, Recorded, 
 pub use overlay::Overlay;
 pub use picture::{EncodeError, Picture, PictureError};
 pub use picture_file::{
-    check_picture_size, read_channel_within, read_layers, read_layers_within, read_picture,
-    read_picture_within,
+    read_channel_within, read_layers, read_layers_within, read_picture, read_picture_within,
 };
 pub use picture_limits::PictureLimits;
 pub use raster::Raster;

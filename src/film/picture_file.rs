@@ -67,19 +67,6 @@ const fn to_f32(value: f64) -> f32 {
     value as f32
 }
 
-/// Refuses a picture whose header asks for more than is allowed, or promises more than the file can hold.
-///
-/// # Errors
-/// As [`read_picture`], but of the header alone: the file may still turn out to be broken.
-pub fn check_picture_size(path: &Path, limits: PictureLimits) -> Result<(), PictureError> {
-    let bytes = read_bytes(path)?;
-    if exr_file::is_exr(&bytes) {
-        exr_file::check_header(path, &bytes, limits)
-    } else {
-        image_file::check_header(path, &bytes, limits)
-    }
-}
-
 /// Reads all that a picture's file holds, in any format that [`read_picture`] reads.
 ///
 /// EXR: every part with every channel, whole numbers kept exactly; of pictures at several resolutions the largest. The others

@@ -5,12 +5,11 @@ use std::time::{Duration, Instant};
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use crate::film::check_picture_size;
 use crate::math::bounds;
 use crate::model::{ObjectReport, ObjectTimes};
 use crate::patch::BuildTimes;
 use crate::shade::{
-    CameraSettings, Light, LightSet, Material, MaterialError, PreparedMaterial, ShadingScene, TextureSource,
+    CameraSettings, Light, LightSet, Material, MaterialError, PreparedMaterial, ShadingScene,
 };
 use crate::trace::{TracedObject, TracedScene};
 
@@ -109,20 +108,13 @@ impl SceneDescription {
         Ok(BuiltScene { traced, objects, materials, lights, light_settings, camera, times })
     }
 
-    /// A material with its pictures, none of which is larger than allowed.
-    fn prepare_material(&self, material: &Material) -> Result<PreparedMaterial, MaterialError> {
-        for texture in material.textures() {
-            if let TextureSource::Bitmap(bitmap) = texture {
-                check_picture_size(&bitmap.path, self.pictures)?;
-            }
-        }
-        PreparedMaterial::try_new(material)
-    }
-
     /// The material of each object; pictures are read once for each material that the scene lists.
     fn prepare_materials(&self, diagnostics: &mut Vec<Diagnostic>) -> Vec<PreparedMaterial> {
-        let prepared: Vec<Result<PreparedMaterial, MaterialError>> =
-            self.materials.par_iter().map(|named| self.prepare_material(&named.material)).collect();
+        let prepared: Vec<Result<PreparedMaterial, MaterialError>> = self
+            .materials
+            .par_iter()
+            .map(|named| PreparedMaterial::try_new_within(&named.material, self.pictures))
+            .collect();
         let mut materials = Vec::new();
         for (named, prepared) in self.materials.iter().zip(prepared) {
             match prepared {

@@ -163,12 +163,11 @@ pub(super) enum Texture {
 }
 
 impl Texture {
-    pub(super) fn try_new(source: &TextureSource) -> Result<Self, PictureError> {
+    pub(super) fn try_new(source: &TextureSource, limits: PictureLimits) -> Result<Self, PictureError> {
         Ok(match source {
             TextureSource::Uniform(colour) => Self::Uniform(*colour),
             TextureSource::Bitmap(source) => {
-                // how large it may be is for the scene to say
-                let (path, limits) = (&source.path, PictureLimits::NONE);
+                let path = &source.path;
                 let picture = match &source.channel {
                     Some(channel) => read_channel_within(path, channel, source.raw, limits)?,
                     None => read_picture_within(path, source.raw, limits)?,

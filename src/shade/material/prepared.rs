@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::bsdf::{BsdfSample, BsdfValue};
 use super::{Material, Model, Prepared};
-use crate::film::{Picture, PictureError};
+use crate::film::{Picture, PictureError, PictureLimits};
 use crate::shade::texture::{Texture, TextureSource};
 use crate::trace::SurfaceInteraction;
 
@@ -21,8 +21,9 @@ pub enum MaterialError {
 }
 
 /// Reads the textures of one material.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Textures {
+    limits: PictureLimits,
     /// The pictures among them, in the order they were read.
     pictures: Vec<Arc<Picture>>,
 }
@@ -30,7 +31,7 @@ pub(super) struct Textures {
 impl Textures {
     /// The texture, its picture read.
     pub(super) fn read(&mut self, source: &TextureSource) -> Result<Texture, MaterialError> {
-        let texture = Texture::try_new(source)?;
+        let texture = Texture::try_new(source, self.limits)?;
         self.pictures.extend(texture.picture());
         Ok(texture)
     }
@@ -45,12 +46,20 @@ pub struct PreparedMaterial {
 }
 
 impl PreparedMaterial {
-    /// Reads pictures and computes tables.
+    /// Reads pictures, of any size, and computes tables.
     ///
     /// # Errors
     /// If a picture cannot be read.
     pub fn try_new(material: &Material) -> Result<Self, MaterialError> {
-        let mut textures = Textures::default();
+        Self::try_new_within(material, PictureLimits::NONE)
+    }
+
+    /// Reads pictures that are no larger than allowed, and computes tables.
+    ///
+    /// # Errors
+    /// If a picture cannot be read or is larger.
+    pub fn try_new_within(material: &Material, limits: PictureLimits) -> Result<Self, MaterialError> {
+        let mut textures = Textures { limits, pictures: Vec::new() };
         let prepared = material.settings().prepare(&mut textures)?;
         let two_sided = material.two_sided().unwrap_or(false);
         Ok(Self { prepared: prepared.into(), pictures: textures.pictures.into(), two_sided })
