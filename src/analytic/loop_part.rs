@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use crate::math::polygon::Side;
-use crate::patch::{LineCuts, LoopCorner, Region, RegionBuilder, doubled_area};
+use crate::patch::{LineCuts, LoopCorner, Region, RegionBuilder, has_area};
 
 /// What of a loop is in a rectangle.
 pub(super) struct LoopPart {
@@ -23,8 +23,7 @@ impl LoopPart {
                 std::mem::swap(&mut corners, &mut kept);
             }
         }
-        let has_area = corners.len() >= 3 && doubled_area(&corners) > 0.0;
-        has_area.then_some(Self { corners, ..*self })
+        has_area(&corners).then_some(Self { corners, ..*self })
     }
 }
 

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, DVec4};
 use super::order::ByValue;
 use super::triangle;
 use crate::math::{bounds, polygon};
-use crate::patch::{BezierPatch, Face, Overlap};
+use crate::patch::{BezierPatch, Face, Overlap, Sheets};
 use crate::trace::BoxTree;
 
 /// How far a point may be from a sheet's plane before the deformation, in parts of the object's size then: sheets are moved
@@ -72,7 +72,7 @@ impl<'a> Surface<'a> {
     pub(super) fn new(patches: &'a [Face]) -> Self {
         let mut sheets = Vec::with_capacity(patches.len());
         // a patch that leads, and those that share its rectangle
-        for together in patches.chunk_by(|_, next| !next.leads()) {
+        for together in Sheets::of_faces(patches).map(|together| together.faces()) {
             let (start, stride) = (sheets.len(), together[0].region.len());
             for patch in together {
                 for (number, trim_loop) in patch.region.loops().enumerate() {

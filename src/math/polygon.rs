@@ -4,8 +4,13 @@ use glam::DVec2;
 
 /// Twice the signed area of a polygon; positive if it winds counter-clockwise.
 pub(crate) fn doubled_area(corners: &[DVec2]) -> f64 {
-    let Some(&anchor) = corners.first() else { return 0.0 };
-    corners.windows(2).map(|edge| (edge[0] - anchor).perp_dot(edge[1] - anchor)).sum()
+    doubled_area_with(corners, |corner| *corner)
+}
+
+/// [`doubled_area`] of corners that carry more than their place.
+pub(crate) fn doubled_area_with<C>(corners: &[C], place: impl Fn(&C) -> DVec2) -> f64 {
+    let Some(anchor) = corners.first().map(&place) else { return 0.0 };
+    corners.windows(2).map(|edge| (place(&edge[0]) - anchor).perp_dot(place(&edge[1]) - anchor)).sum()
 }
 
 /// Which side of a line `coordinate = value` to keep.

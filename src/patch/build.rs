@@ -15,7 +15,7 @@ use crate::subdivide::{
 use super::chart::Chart;
 use super::compose::{Composer, flat_patch};
 use super::face::Face;
-use super::region::{LineCuts, LoopCorner, Region, RegionBuilder, doubled_area};
+use super::region::{LineCuts, LoopCorner, Region, RegionBuilder, has_area};
 use super::shell::Shell;
 
 /// Halvings of a rational patch in search of positive weights; each halves one side.
@@ -242,7 +242,7 @@ pub(super) fn halves(
         for trim_loop in region.loops() {
             let corners: Vec<_> = region.numbered_corners(&trim_loop, vertices).collect();
             cuts.clip(&corners, (axis, 0.5, side), [0; 2], &mut kept);
-            if kept.len() >= 3 && doubled_area(&kept) > 0.0 {
+            if has_area(&kept) {
                 loops.push((trim_loop, kept.clone()));
             }
         }

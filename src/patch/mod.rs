@@ -27,7 +27,7 @@ pub use exact::{ExactSurface, Overlap};
 pub use face::Face;
 pub use facet::Facet;
 pub use interpolation::compose_by_interpolation;
-pub(crate) use region::{LineCuts, LoopCorner, RegionBuilder, doubled_area};
+pub(crate) use region::{LineCuts, LoopCorner, RegionBuilder, has_area};
 pub use region::{Region, TrimLoop};
 pub use sheets::Sheets;
 pub use shell::Shell;

@@ -109,13 +109,12 @@ impl<'a> LineCuts<'a> {
     }
 }
 
-/// Twice the area of a loop.
-pub(crate) fn doubled_area(corners: &[LoopCorner]) -> f64 {
-    let Some(anchor) = corners.first() else { return 0.0 };
-    corners.windows(2).map(|edge| (edge[0].st - anchor.st).perp_dot(edge[1].st - anchor.st)).sum()
+/// Whether corners are a polygon with an area.
+pub(crate) fn has_area(corners: &[LoopCorner]) -> bool {
+    corners.len() >= 3 && polygon::doubled_area_with(corners, |corner| corner.st) > 0.0
 }
 
-fn index(n: usize) -> u32 {
+pub(super) fn index(n: usize) -> u32 {
     u32::try_from(n).expect("fewer than 2^32 corners fit in memory")
 }
 
@@ -200,8 +199,12 @@ impl Region {
 
     /// Whether any loop has a point in the closed rectangle `[low, high]`.
     pub(crate) fn reaches(&self, low: DVec2, high: DVec2) -> bool {
-        let part = |trim_loop| polygon::clip_to_rectangle(self.corners(&trim_loop), [low, high]);
-        self.loops().any(|trim_loop| !part(trim_loop).is_empty())
+        self.loops().any(|trim_loop| self.loop_reaches(&trim_loop, [low, high]))
+    }
+
+    /// Whether one loop has a point in a closed rectangle.
+    pub(crate) fn loop_reaches(&self, trim_loop: &TrimLoop, rectangle: [DVec2; 2]) -> bool {
+        !polygon::clip_to_rectangle(self.corners(trim_loop), rectangle).is_empty()
     }
 
     /// The loop a point belongs to, if any.

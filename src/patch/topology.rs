@@ -9,7 +9,7 @@ use crate::math::bounds;
 use crate::subdivide::EdgePoint;
 
 use super::face::Face;
-use super::region::TrimLoop;
+use super::region::{TrimLoop, index};
 use super::sheets::Sheets;
 use super::shell::Shell;
 
@@ -358,10 +358,6 @@ impl Images {
 
 const fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
     if a < b { [a, b] } else { [b, a] }
-}
-
-fn index(n: usize) -> u32 {
-    u32::try_from(n).expect("fewer than 2^32 corners fit in memory")
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::math::bounds;
 use crate::spline::{KnotBox, SplineVolume};
 
-use super::vertices::VertexNumbers;
+use super::vertices::{Numbering, VertexNumbers};
 
 /// A coordinate this close to a knot, in parts of the lattice's diagonal, is taken to lie on it.
 ///
@@ -47,18 +47,9 @@ pub(super) struct Corner {
     pub(super) vertex: u32,
 }
 
-/// Numbers the corners of polygons: those at one place are one vertex.
-#[derive(Debug, Default)]
-pub(super) struct Numbering {
-    pub(super) numbers: VertexNumbers,
-    known: HashMap<[u64; 3], u32>,
-}
-
-impl Numbering {
-    pub(super) fn corner(&mut self, place: DVec3) -> Corner {
-        // -0 is 0
-        let bits = (place + DVec3::ZERO).to_array().map(f64::to_bits);
-        Corner { place, vertex: *self.known.entry(bits).or_insert_with(|| self.numbers.add()) }
+impl Corner {
+    pub(super) fn new(place: DVec3, numbering: &mut Numbering) -> Self {
+        Self { place, vertex: numbering.vertex(place) }
     }
 }
 
@@ -126,7 +117,7 @@ pub(crate) fn cut_at_knot_planes<'a>(
     let Some(volume) = volume else {
         let mut numbering = Numbering::default();
         for (polygon, corners) in polygons {
-            pieces.push(polygon, None, corners.iter().map(|&corner| numbering.corner(corner)));
+            pieces.push(polygon, None, corners.iter().map(|&corner| Corner::new(corner, &mut numbering)));
         }
         pieces.numbers = numbering.numbers;
         return pieces;
@@ -317,7 +308,7 @@ impl<'a> Cutter<'a> {
 
     /// A point of a polygon, moved onto knots that are close.
     pub(super) fn corner(&mut self, point: DVec3) -> Corner {
-        self.numbering.corner(self.snapped(point))
+        Corner::new(self.snapped(point), &mut self.numbering)
     }
 
     /// The point with coordinates close to a knot moved onto it.

@@ -11,4 +11,4 @@ pub(crate) use cut::{Pieces, cut_at_knot_planes};
 pub use frame::{Frame, FrameChoice};
 pub(crate) use frame::{FramedPlane, frame_group};
 pub(crate) use triangular::cut_into_triangles;
-pub(crate) use vertices::{EdgePoint, VertexNumbers};
+pub(crate) use vertices::{EdgePoint, Numbering, VertexNumbers};

@@ -8,7 +8,8 @@ use glam::DVec3;
 
 use crate::spline::SplineVolume;
 
-use super::cut::{Corner, Cutter, Numbering, Pieces, middle, range};
+use super::cut::{Corner, Cutter, Pieces, middle, range};
+use super::vertices::Numbering;
 
 /// Cuts convex polygons at the knot planes of a volume into triangles.
 ///
@@ -24,7 +25,7 @@ pub(crate) fn cut_into_triangles<'a>(
     let Some(volume) = volume else {
         let mut numbering = Numbering::default();
         for (polygon, corners) in polygons {
-            let corners: Vec<_> = corners.iter().map(|&corner| numbering.corner(corner)).collect();
+            let corners: Vec<_> = corners.iter().map(|&corner| Corner::new(corner, &mut numbering)).collect();
             for triangle in fan(&corners).filter(|triangle| is_wider(triangle, 0.0)) {
                 pieces.push(polygon, None, triangle);
             }

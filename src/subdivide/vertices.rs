@@ -1,5 +1,9 @@
 //! Numbers of the points at which edges end: faces share an edge if both have the numbers of its ends.
 
+use std::collections::HashMap;
+
+use glam::DVec3;
+
 /// A vertex in the inside of an edge, which other faces may have whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EdgePoint {
@@ -42,8 +46,14 @@ impl VertexNumbers {
 
     /// A vertex of its own.
     pub(crate) fn add(&mut self) -> u32 {
-        self.count = self.count.checked_add(1).expect("fewer than 2^32 vertices fit in memory");
-        self.count - 1
+        self.add_run(1)
+    }
+
+    /// Vertices of their own with consecutive numbers, of which it returns the first.
+    pub(crate) fn add_run(&mut self, length: u32) -> u32 {
+        let first = self.count;
+        self.count = first.checked_add(length).expect("fewer than 2^32 vertices fit in memory");
+        first
     }
 
     /// A vertex in the inside of the edge from `a` to `b`, at a fraction of the way. An edge that is a point has no inside.
@@ -94,5 +104,21 @@ impl VertexNumbers {
     pub(crate) fn shrink(&mut self) {
         self.edge_points.shrink_to_fit();
         self.equal.shrink_to_fit();
+    }
+}
+
+/// Numbers the corners of polygons: those at one place are one vertex.
+#[derive(Debug, Default)]
+pub(crate) struct Numbering {
+    pub(crate) numbers: VertexNumbers,
+    known: HashMap<[u64; 3], u32>,
+}
+
+impl Numbering {
+    /// The vertex at a place.
+    pub(crate) fn vertex(&mut self, place: DVec3) -> u32 {
+        // -0 is 0
+        let bits = (place + DVec3::ZERO).to_array().map(f64::to_bits);
+        *self.known.entry(bits).or_insert_with(|| self.numbers.add())
     }
 }

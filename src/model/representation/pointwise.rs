@@ -12,6 +12,7 @@ use crate::model::deformation::{Base, PlacedShape};
 use crate::model::error::ModelError;
 use crate::patch::{BuildTimes, Facet, Place};
 use crate::spline::SplineVolume;
+use crate::subdivide::Numbering;
 
 /// Most triangles of an object.
 const MAX_TRIANGLES: usize = 20_000_000;
@@ -107,24 +108,18 @@ impl SplitVertices {
 fn split_vertices(polygons: &PolygonSet, level: u32) -> Vec<Vec<SplitVertices>> {
     let n = 1_u32 << level;
     let (on_side, inside) = (n - 1, (n - 1) * n.saturating_sub(2) / 2);
-    let mut count = 0;
-    let mut add = |points: u32| {
-        count += points;
-        count - points
-    };
-    let mut corners: HashMap<[u64; 3], u32> = HashMap::new();
+    let mut numbering = Numbering::default();
     let mut sides: HashMap<[u32; 2], u32> = HashMap::new();
-    let of_fan = |fan: [DVec3; 3]| {
-        // -0 is 0
-        let bits = |place: DVec3| (place + DVec3::ZERO).to_array().map(f64::to_bits);
-        let corners = fan.map(|corner| *corners.entry(bits(corner)).or_insert_with(|| add(1)));
+    let mut of_fan = |fan: [DVec3; 3]| {
+        let corners = fan.map(|corner| numbering.vertex(corner));
+        let numbers = &mut numbering.numbers;
         let sides = [0, 1, 2].map(|side| {
             let (from, to) = (corners[side], corners[(side + 1) % 3]);
-            (*sides.entry([from.min(to), from.max(to)]).or_insert_with(|| add(on_side)), from > to)
+            let first = sides.entry([from.min(to), from.max(to)]).or_insert_with(|| numbers.add_run(on_side));
+            (*first, from > to)
         });
-        SplitVertices { corners, sides, inside: add(inside) }
+        SplitVertices { corners, sides, inside: numbers.add_run(inside) }
     };
-    let mut of_fan = of_fan;
     polygons.iter().map(|polygon| fan_triangles(&polygon).map(&mut of_fan).collect()).collect()
 }
 
