@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use glam::{DVec2, DVec3};
 
 use crate::math::bounds;
-use crate::patch::{Face, Overlap};
+use crate::patch::{Face, Overlap, TrimLoop};
 
 /// The box is larger than the object by no more than this, in parts of its size.
 const TIGHTNESS: f64 = 1e-9;
@@ -20,6 +20,8 @@ struct Candidate {
     patch: usize,
     low: DVec2,
     high: DVec2,
+    /// The loops of the patch's region that have a point in it: no other need be asked again of a part of it.
+    loops: Vec<TrimLoop>,
 }
 
 impl PartialEq for Candidate {
@@ -55,24 +57,28 @@ pub(super) fn tight_bounds(patches: &[Face]) -> [DVec3; 2] {
 /// How far trimmed patches reach along an axis of any length: the greatest scalar product of a point with it, or more by
 /// no more than `slack` (by no more than is left after 20 000 rectangles, if that is more). Minus infinity for no patches.
 pub(crate) fn farthest_reach(patches: &[Face], axis: DVec3, slack: f64) -> f64 {
-    let candidate = |patch: usize, low: DVec2, high: DVec2| {
+    let candidate = |patch: usize, [low, high]: [DVec2; 2], loops: &mut dyn Iterator<Item = TrimLoop>| {
         let trimmed = &patches[patch];
-        if !trimmed.region.reaches(low, high) || trimmed.overlap(low, high) == Overlap::None {
+        let loops: Vec<_> =
+            loops.filter(|trim_loop| trimmed.region.loop_reaches(trim_loop, [low, high])).collect();
+        if loops.is_empty() || trimmed.overlap(low, high) == Overlap::None {
             return None;
         }
         let part = trimmed.patch.subpatch(low, high);
         let along = part.control_points().map(|point| axis.dot(point.truncate() / point.w));
         let reach = along.fold(f64::NEG_INFINITY, f64::max) + trimmed.error() * axis.abs().element_sum();
-        Some(Candidate { reach, patch, low, high })
+        Some(Candidate { reach, patch, low, high, loops })
     };
-    let mut waiting: BinaryHeap<_> =
-        (0..patches.len()).filter_map(|patch| candidate(patch, DVec2::ZERO, DVec2::ONE)).collect();
+    let whole =
+        |(patch, face): (usize, &Face)| candidate(patch, [DVec2::ZERO, DVec2::ONE], &mut face.region.loops());
+    let mut waiting: BinaryHeap<_> = patches.iter().enumerate().filter_map(whole).collect();
     let mut reached = f64::NEG_INFINITY;
     let mut examined = 0;
-    while let Some(Candidate { reach, patch, low, high }) = waiting.pop() {
+    while let Some(Candidate { reach, patch, low, high, loops }) = waiting.pop() {
         let middle = 0.5 * (low + high);
         let trimmed = &patches[patch];
-        if trimmed.region.find(middle, DVec2::ZERO).is_some() && trimmed.holds(middle, DVec2::ZERO) {
+        let in_region = loops.iter().any(|trim_loop| trimmed.region.holds(trim_loop, middle, DVec2::ZERO));
+        if in_region && trimmed.holds(middle, DVec2::ZERO) {
             reached = reached.max(axis.dot(trimmed.patch.eval(middle).position));
         }
         examined += 1;
@@ -80,11 +86,12 @@ pub(crate) fn farthest_reach(patches: &[Face], axis: DVec3, slack: f64) -> f64 {
             return reach;
         }
         let halves = if high.x - low.x >= high.y - low.y {
-            [(low, DVec2::new(middle.x, high.y)), (DVec2::new(middle.x, low.y), high)]
+            [[low, DVec2::new(middle.x, high.y)], [DVec2::new(middle.x, low.y), high]]
         } else {
-            [(low, DVec2::new(high.x, middle.y)), (DVec2::new(low.x, middle.y), high)]
+            [[low, DVec2::new(high.x, middle.y)], [DVec2::new(low.x, middle.y), high]]
         };
-        waiting.extend(halves.into_iter().filter_map(|(low, high)| candidate(patch, low, high)));
+        let half = |rectangle| candidate(patch, rectangle, &mut loops.iter().copied());
+        waiting.extend(halves.into_iter().filter_map(half));
     }
     reached
 }
