@@ -22,6 +22,7 @@ pub struct TrimLoop {
 /// counter-clockwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Region {
+    /// Of the unit square the corner at which its loop begins, alone: see [`kept`].
     corners: Box<[DVec2]>,
     loops: Loops,
 }
@@ -43,6 +44,18 @@ pub(crate) struct RegionBuilder {
 
 /// The corners of the unit square, counter-clockwise.
 pub(super) const UNIT_SQUARE: [DVec2; 4] = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+
+/// The same, of which four in a row begin at any corner.
+const SQUARE_TWICE: [DVec2; 7] =
+    [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y, DVec2::ZERO, DVec2::X, DVec2::ONE];
+
+/// The corners to keep of a region: of the unit square, which most uncut quads have, the first.
+fn kept(corners: &[DVec2]) -> &[DVec2] {
+    let bits = |st: &DVec2| st.to_array().map(f64::to_bits);
+    let is_square =
+        SQUARE_TWICE.windows(4).any(|square| corners.iter().map(bits).eq(square.iter().map(bits)));
+    if is_square { &corners[..1] } else { corners }
+}
 
 /// A corner of a loop, with the number of its vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +81,7 @@ impl RegionBuilder {
             [TrimLoop { polygon, face, .. }] => Loops::One { polygon, face },
             _ => Loops::Many(self.loops.as_slice().into()),
         };
-        let corners = self.corners.as_slice().into();
+        let corners = kept(&self.corners).into();
         self.corners.clear();
         self.loops.clear();
         (Region { corners, loops }, std::mem::take(&mut self.vertices))
@@ -144,7 +157,7 @@ impl Region {
         match &self.loops {
             &Loops::One { polygon, face } => {
                 assert!(number == 0, "the region has one loop");
-                TrimLoop { polygon, face, start: 0, end: index(self.corners.len()) }
+                TrimLoop { polygon, face, start: 0, end: index(self.all_corners().len()) }
             }
             Loops::Many(loops) => loops[number],
         }
@@ -158,7 +171,7 @@ impl Region {
     /// The corners of one of [`Self::loops`].
     #[must_use]
     pub fn corners(&self, trim_loop: &TrimLoop) -> &[DVec2] {
-        &self.corners[trim_loop.start as usize..trim_loop.end as usize]
+        &self.all_corners()[trim_loop.start as usize..trim_loop.end as usize]
     }
 
     /// The corners of a loop with their vertices, of those of [`Self::all_corners`].
@@ -168,14 +181,25 @@ impl Region {
         vertices: &'a [u32],
     ) -> impl Iterator<Item = LoopCorner> + use<'a> {
         let range = trim_loop.start as usize..trim_loop.end as usize;
-        let corners = self.corners[range.clone()].iter().zip(&vertices[range]);
+        let corners = self.all_corners()[range.clone()].iter().zip(&vertices[range]);
         corners.map(|(&st, &vertex)| LoopCorner { st, vertex })
     }
 
     /// The corners of all loops, one loop after the other.
     #[must_use]
+    #[inline]
     pub fn all_corners(&self) -> &[DVec2] {
-        &self.corners
+        match *self.corners {
+            [first] => {
+                let start = if first.y == 0.0 {
+                    usize::from(first.x != 0.0)
+                } else {
+                    2 + usize::from(first.x == 0.0)
+                };
+                &SQUARE_TWICE[start..start + 4]
+            }
+            _ => &self.corners,
+        }
     }
 
     /// Memory of corners and loops in bytes, besides that of the region itself.
@@ -189,7 +213,7 @@ impl Region {
 
     /// Lowest and highest corner of the bounding rectangle; `None` if the region is empty.
     pub(crate) fn bounds(&self) -> Option<[DVec2; 2]> {
-        polygon::bounds(self.corners.iter().copied())
+        polygon::bounds(self.all_corners().iter().copied())
     }
 
     /// Whether one loop, closed, holds a point that may be off by `tolerance` along s and t.
@@ -252,6 +276,19 @@ mod tests {
         region.push(0, 7, [a, b, c].map(corner));
         region.push(1, 9, [a, c, d].map(corner));
         region.finish().0
+    }
+
+    #[test]
+    fn a_whole_square_begins_where_it_began() {
+        for start in 0..4 {
+            let square: Vec<_> = (0..4).map(|i| UNIT_SQUARE[(start + i) % 4]).collect();
+            let mut builder = RegionBuilder::default();
+            builder.push(3, 5, square.iter().copied().map(corner));
+            let (region, vertices) = builder.finish();
+            assert_eq!((region.all_corners(), vertices.len()), (&*square, 4));
+            assert_eq!(region.corners(&region.trim_loop(0)), &*square);
+            assert_eq!(region.bytes(), size_of::<DVec2>());
+        }
     }
 
     #[test]

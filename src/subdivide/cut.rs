@@ -127,6 +127,10 @@ pub(crate) fn cut_at_knot_planes<'a>(
         cutter.cut(polygon, corners, &mut pieces);
     }
     pieces.numbers = cutter.numbering.numbers;
+    if !shares_edges && pieces.pieces.iter().all(|piece| piece.knot_box.is_some()) {
+        // all that have such an edge are cut at the point
+        pieces.numbers.forget_edge_points();
+    }
     pieces
 }
 

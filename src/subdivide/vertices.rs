@@ -39,6 +39,11 @@ impl VertexNumbers {
         &self.edge_points
     }
 
+    /// No longer keeps which vertices are inside of edges, for no face has these edges whole.
+    pub(super) fn forget_edge_points(&mut self) {
+        self.edge_points = Vec::new();
+    }
+
     /// Pairs of vertices that are one.
     pub(crate) fn equal(&self) -> &[[u32; 2]] {
         &self.equal
