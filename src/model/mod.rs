@@ -18,5 +18,5 @@ pub use deformer::{
     Lattice, MoveTo, Outside,
 };
 pub use error::{ModelError, PartsOutside};
-pub use object::{Attributes, BuiltObject, Object, ObjectReport, ObjectTimes, Shape};
+pub use object::{Attributes, BuiltObject, FaceGroups, Object, ObjectReport, ObjectTimes, Shape};
 pub use representation::{Representation, RepresentationError, TriangularCounts};

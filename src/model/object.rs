@@ -90,6 +90,8 @@ pub struct ObjectReport {
     pub notes: MeshNotes,
     /// The lattices that deformed it.
     pub lattices: Vec<BuiltLattice>,
+    /// The groups of its faces.
+    pub groups: FaceGroups,
     /// Sub-polygons it was cut into.
     pub subpolygons: usize,
     /// Its triangular patches, if it is made of such.
@@ -98,6 +100,30 @@ pub struct ObjectReport {
     pub warnings: Vec<String>,
     /// Time spent.
     pub times: ObjectTimes,
+}
+
+/// The names that a mesh's file gives groups of faces.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FaceGroups {
+    names: Vec<String>,
+    /// The group of each face; empty if there is one for all.
+    of_face: Vec<u32>,
+}
+
+impl FaceGroups {
+    fn new(mesh: &PolygonMesh) -> Self {
+        let names = mesh.object_names().to_vec();
+        let of_face =
+            if names.len() > 1 { mesh.faces().map(|face| face.object()).collect() } else { Vec::new() };
+        Self { names, of_face }
+    }
+
+    /// The name of the group of the face with index `face` in the mesh; none if it has none.
+    #[must_use]
+    pub fn name(&self, face: u32) -> Option<&str> {
+        let group = self.of_face.get(face as usize).copied().unwrap_or(0);
+        self.names.get(group as usize).map(String::as_str).filter(|name| !name.is_empty())
+    }
 }
 
 /// Time spent on building an object.
@@ -222,7 +248,12 @@ impl Object {
         };
         let traced = TracedObject { name: self.name.clone(), shell, attributes };
         let times = ObjectTimes { load, patches: times };
-        let report = ObjectReport { notes, lattices, subpolygons, triangular, warnings: Vec::new(), times };
+        let groups = match &self.shape {
+            Shape::Polygons(mesh) => FaceGroups::new(mesh),
+            Shape::Surface(_) => FaceGroups::default(),
+        };
+        let report =
+            ObjectReport { notes, lattices, groups, subpolygons, triangular, warnings: Vec::new(), times };
         BuiltObject { traced, report }
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use crate::math::polygon;
 
@@ -42,12 +42,32 @@ impl FaceBounds {
     }
 }
 
-/// Faces that edges join.
+/// An edge where two faces meet, or where one has its border.
+///
+/// An edge that more than two faces have, where solids touch, is as many joints as there are solids.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Joint {
+    /// Index of the edge.
+    pub edge: u32,
+    /// Who has it: one or two.
+    pub uses: Vec<BoundUse>,
+}
+
+/// An edge of a face's bounds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BoundUse {
+    /// Index of the face.
+    pub face: u32,
+    /// Its place in [`FaceBounds::edges`].
+    pub position: u32,
+}
+
+/// Faces that joints join.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Component {
     /// Indices of the faces.
     pub faces: Vec<u32>,
-    /// Whether each edge is there as often in one direction as in the other.
+    /// Whether two faces meet at each joint.
     pub is_closed: bool,
 }
 
@@ -136,43 +156,101 @@ impl Topology<'_> {
         if edge.is_reversed { [b, a] } else { [a, b] }
     }
 
-    /// Which of the faces edges join.
+    /// Where the faces meet.
     #[must_use]
-    pub fn components(&self, faces: &[FaceBounds]) -> Vec<Component> {
-        let mut of_edge: HashMap<u32, Vec<(u32, bool)>> = HashMap::new();
-        for (number, face) in faces.iter().enumerate() {
-            for edge in face.edges() {
-                of_edge.entry(edge.edge).or_default().push((index(number), edge.is_reversed));
+    pub fn joints(&self, faces: &[FaceBounds]) -> Vec<Joint> {
+        let mut of_edge: Vec<Vec<(BoundUse, &OrientedEdge)>> = vec![Vec::new(); self.edges().len()];
+        for (face, bounds) in faces.iter().enumerate() {
+            for (position, edge) in bounds.edges().enumerate() {
+                let bound_use = BoundUse { face: index(face), position: index(position) };
+                of_edge[edge.edge as usize].push((bound_use, edge));
             }
         }
-        let mut components: Vec<Component> = Vec::new();
-        let mut is_found = vec![false; faces.len()];
-        for first in 0..faces.len() {
-            if is_found[first] {
-                continue;
+        let mut joints = Vec::new();
+        for (edge, uses) in of_edge.into_iter().enumerate() {
+            let mut push = |uses: Vec<BoundUse>| joints.push(Joint { edge: index(edge), uses });
+            match *uses {
+                [] => {}
+                [(first, a), (second, b)] if a.is_reversed != b.is_reversed => push(vec![first, second]),
+                _ => self.around(faces, uses).into_iter().for_each(push),
             }
-            is_found[first] = true;
-            let (mut joined, mut is_closed) = (vec![index(first)], true);
-            let mut number = 0;
-            while number < joined.len() {
-                for edge in faces[joined[number] as usize].edges() {
-                    let uses = &of_edge[&edge.edge];
-                    is_closed &=
-                        2 * uses.iter().filter(|(_, is_reversed)| *is_reversed).count() == uses.len();
-                    for &(other, _) in uses {
-                        if !is_found[other as usize] {
-                            is_found[other as usize] = true;
-                            joined.push(other);
-                        }
-                    }
-                }
-                number += 1;
-            }
-            joined.sort_unstable();
-            components.push(Component { faces: joined, is_closed });
         }
-        components
+        joints
     }
+
+    /// Joins those of an edge's faces that have the same material between them: seen along the edge, counter-clockwise from one
+    /// that runs against the edge to the next that runs along it.
+    fn around(&self, faces: &[FaceBounds], uses: Vec<(BoundUse, &OrientedEdge)>) -> Vec<Vec<BoundUse>> {
+        let side = |(bound_use, edge): &(BoundUse, &OrientedEdge)| {
+            let face = self.outlines()[faces[bound_use.face as usize].outline as usize].face();
+            let [from, to] = edge.st;
+            let point = face.eval(0.5 * (from + to));
+            let step = to - from;
+            let along = step.x * point.dp_ds + step.y * point.dp_dt;
+            (point.normal().cross(along).normalize_or_zero(), if edge.is_reversed { -along } else { along })
+        };
+        let sides: Vec<_> = uses.iter().map(side).collect();
+        let (first, axis) = (sides[0].0, sides[0].1.normalize_or_zero());
+        let angle = |inward: DVec3| first.cross(inward).dot(axis).atan2(first.dot(inward));
+        let mut sorted: Vec<_> = uses
+            .iter()
+            .zip(&sides)
+            .map(|((bound_use, edge), (inward, _))| (angle(*inward), edge.is_reversed, *bound_use))
+            .collect();
+        sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let count = sorted.len();
+        let mut joints = Vec::new();
+        let mut is_joined = vec![false; count];
+        for i in 0..count {
+            let next = (i + 1) % count;
+            let ([from, to], free) = ([sorted[i], sorted[next]], !is_joined[i] && !is_joined[next]);
+            if free && i != next && from.1 && !to.1 {
+                joints.push(vec![from.2, to.2]);
+                is_joined[i] = true;
+                is_joined[next] = true;
+            }
+        }
+        let alone = sorted.iter().zip(&is_joined).filter(|(_, is_joined)| !**is_joined);
+        joints.extend(alone.map(|((_, _, bound_use), _)| vec![*bound_use]));
+        joints
+    }
+}
+
+/// Which of `count` faces joints join.
+#[must_use]
+pub fn components(count: usize, joints: &[Joint]) -> Vec<Component> {
+    let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); count];
+    let mut has_border = vec![false; count];
+    for Joint { uses, .. } in joints {
+        match **uses {
+            [a, b] => {
+                neighbours[a.face as usize].push(b.face);
+                neighbours[b.face as usize].push(a.face);
+            }
+            _ => uses.iter().for_each(|bound_use| has_border[bound_use.face as usize] = true),
+        }
+    }
+    let mut is_found = vec![false; count];
+    let mut components = Vec::new();
+    for first in 0..count {
+        if std::mem::replace(&mut is_found[first], true) {
+            continue;
+        }
+        let mut faces = vec![index(first)];
+        let mut number = 0;
+        while let Some(&face) = faces.get(number) {
+            for &other in &neighbours[face as usize] {
+                if !std::mem::replace(&mut is_found[other as usize], true) {
+                    faces.push(other);
+                }
+            }
+            number += 1;
+        }
+        faces.sort_unstable();
+        let is_closed = !faces.iter().any(|&face| has_border[face as usize]);
+        components.push(Component { faces, is_closed });
+    }
+    components
 }
 
 /// Whether places in a face's parameters are one.
@@ -234,8 +312,6 @@ fn faces(loops: Vec<Vec<OrientedEdge>>) -> Vec<(Vec<OrientedEdge>, Vec<Vec<Orien
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
     use crate::patch::Shell;
     use crate::subdivide::FrameChoice::Parallelogram;
@@ -260,6 +336,10 @@ mod tests {
         (topology, faces)
     }
 
+    fn joined(topology: &Topology<'_>, faces: &[FaceBounds]) -> Vec<Component> {
+        components(faces.len(), &topology.joints(faces))
+    }
+
     /// A square frame around a square hole, of two triangles a side.
     fn ring(half: f64, hole: f64) -> Vec<[DVec3; 3]> {
         let corner = |r: f64, i: usize| {
@@ -280,11 +360,11 @@ mod tests {
         let shell = deform(&ring(0.4, 0.2), None, Parallelogram);
         let (topology, faces) = bounds_of(&shell);
         assert_eq!(counts(&topology, &faces), [[4, 4]]);
-        assert_eq!(topology.components(&faces), [Component { faces: vec![0], is_closed: false }]);
+        assert_eq!(joined(&topology, &faces), [Component { faces: vec![0], is_closed: false }]);
         let two = topology.face_bounds(|face| face < 4);
-        assert_eq!(counts(&topology, &two), [[4 + 4], [4 + 4]], "halves of the ring, by key");
-        let joined = topology.components(&two);
-        assert_eq!((joined.len(), joined[0].faces.len()), (1, 2));
+        assert_eq!(counts(&topology, &two), [[6], [6]], "halves of the ring, by key");
+        let halves = joined(&topology, &two);
+        assert_eq!((halves.len(), halves[0].faces.len()), (1, 2));
     }
 
     #[test]
@@ -297,7 +377,7 @@ mod tests {
         let shell = deform(&[square(0.25, 0.25), square(0.5, 0.5)].concat(), None, Parallelogram);
         let (topology, faces) = bounds_of(&shell);
         assert_eq!(counts(&topology, &faces), [[4], [4]]);
-        assert_eq!(topology.components(&faces).len(), 2);
+        assert_eq!(joined(&topology, &faces).len(), 2);
         // a hole that touches the outer bound stays a hole
         let corners =
             [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.7, 0.5], [0.5, 0.6], [0.3, 0.5]]
@@ -315,7 +395,18 @@ mod tests {
         let plain = deform(&[cube.clone(), far].concat(), None, Parallelogram);
         let (topology, faces) = bounds_of(&plain);
         assert_eq!(counts(&topology, &faces), vec![vec![4]; 12]);
-        let components = topology.components(&faces);
+        let components = joined(&topology, &faces);
+        assert_eq!(
+            components.iter().map(|c| (c.faces.len(), c.is_closed)).collect::<Vec<_>>(),
+            [(6, true); 2]
+        );
+        // a cube that touches the first along an edge is another solid
+        let beside: Vec<_> =
+            cube.iter().map(|corners| corners.map(|corner| corner + DVec3::X + DVec3::Y)).collect();
+        let touching = deform(&[cube.clone(), beside].concat(), None, Parallelogram);
+        let (topology, faces) = bounds_of(&touching);
+        assert!(topology.edges().iter().any(|edge| edge.uses.len() == 4));
+        let components = joined(&topology, &faces);
         assert_eq!(
             components.iter().map(|c| (c.faces.len(), c.is_closed)).collect::<Vec<_>>(),
             [(6, true); 2]
@@ -324,6 +415,6 @@ mod tests {
         let cut = deform(&cube, Some(&volume), Parallelogram);
         let (topology, faces) = bounds_of(&cut);
         assert_eq!(counts(&topology, &faces), vec![vec![4]; cut.faces().len()]);
-        assert_eq!(topology.components(&faces).len(), 1);
+        assert_eq!(joined(&topology, &faces).len(), 1);
     }
 }

@@ -28,7 +28,7 @@ pub use curve::BezierCurve;
 pub(crate) use evaluate::{OrderWork, PointLanes};
 pub use exact::{ExactSurface, Overlap};
 pub use face::Face;
-pub use face_bounds::{Component, FaceBounds, OrientedEdge};
+pub use face_bounds::{BoundUse, Component, FaceBounds, Joint, OrientedEdge, components};
 pub use facet::Facet;
 pub use interpolation::compose_by_interpolation;
 pub(crate) use region::{LineCuts, LoopCorner, RegionBuilder, has_area};

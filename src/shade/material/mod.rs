@@ -183,6 +183,19 @@ impl Material {
         self.settings().two_sided()
     }
 
+    /// The colour of its first texture, if that is the same everywhere: what programs show that know one colour for a part.
+    #[must_use]
+    pub fn uniform_colour(&self) -> Option<DVec3> {
+        let colours = self.parameters().into_iter().filter_map(|(_, parameter)| match parameter {
+            Parameter::ColourTexture(texture) => Some(texture),
+            _ => None,
+        });
+        match colours.into_iter().next() {
+            Some(&TextureSource::Uniform(colour)) => Some(colour),
+            _ => None,
+        }
+    }
+
     /// All its textures, in the order of its parameters.
     #[must_use]
     pub fn textures(&self) -> Vec<&TextureSource> {
