@@ -165,7 +165,7 @@ impl ExportArgs {
 
     /// The objects as solids; says what they are.
     fn write_step(&self, scene: &SceneDescription, built: &BuiltScene) -> Result<(), CliError> {
-        for object in scene.objects.iter().filter(|object| object.method != Representation::Exact) {
+        if let Some(object) = scene.objects.iter().find(|object| object.method != Representation::Exact) {
             return Err(CliError::Input(format!(
                 "object {:?}: method {} makes triangles or their like, and .step holds exact surfaces; .obj and .ply hold triangles",
                 object.name.value, object.method

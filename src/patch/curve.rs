@@ -53,7 +53,7 @@ impl BezierCurve {
     /// degree d over \[0, 1\] with leading coefficient 1. Where that is nothing, the control points of degree d - 1 follow from
     /// those of d by undoing degree elevation, from both ends to the middle.
     ///
-    /// Source: Farin (2002), Curves and Surfaces for CAGD, section 6.4.
+    /// Source: Farin (2002), *Curves and Surfaces for CAGD*, section 6.4.
     fn lower_degree(&mut self) {
         let greatest = self.points.iter().map(|point| point.abs().max_element()).fold(0.0, f64::max);
         while self.degree() > 1 {
@@ -96,10 +96,10 @@ impl BezierPatch {
     /// The curve on the patch whose parameters run straight from one place to another: exact, of the lowest degree.
     ///
     /// The patch over the rectangle that has the line as its diagonal, with control points b, is on the diagonal a curve of degree m + n with
-    /// the control points c_k = sum over i + j = k of C(m, i) C(n, j) / C(m + n, k) b_ij. Its degree is lower where the line runs
+    /// the control points `c_k` = sum over i + j = k of C(m, i) C(n, j) / C(m + n, k) `b_ij`. Its degree is lower where the line runs
     /// along few axes of the lattice: the sum of the lattice's degrees over the axes along which the undeformed line moves.
     ///
-    /// Source: DeRose (1988), Composing Bézier Simplexes.
+    /// Source: `DeRose` (1988), *Composing Bézier Simplexes*.
     ///
     /// ```
     /// use glam::{DVec2, DVec4};
@@ -114,11 +114,7 @@ impl BezierPatch {
     #[must_use]
     pub fn curve(&self, [from, to]: [DVec2; 2]) -> BezierCurve {
         let [m, n] = self.degree();
-        let part: Vec<DVec4> = self
-            .subpatch(from.min(to), from.max(to))
-            .control_points()
-            .map(|point| (point.truncate() * point.w).extend(point.w))
-            .collect();
+        let part: Vec<DVec4> = self.subpatch(from.min(to), from.max(to)).control_points().collect();
         let mut points = vec![DVec4::ZERO; m + n + 1];
         for i in 0..=m {
             for j in 0..=n {

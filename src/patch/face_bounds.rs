@@ -92,16 +92,11 @@ impl Topology<'_> {
             }
             let face = self.outlines()[first].face();
             let own = key_of(first);
-            let mut loops: Vec<usize> = Vec::new();
-            for outline in first..of_outline.len() {
-                if !std::ptr::eq(self.outlines()[outline].face(), face) {
-                    break;
-                }
-                if !is_done[outline] && key_of(outline) == own {
-                    is_done[outline] = true;
-                    loops.push(outline);
-                }
-            }
+            let of_face = |outline: &usize| std::ptr::eq(self.outlines()[*outline].face(), face);
+            let run = (first..is_done.len()).take_while(of_face);
+            let loops: Vec<usize> =
+                run.filter(|&outline| !is_done[outline] && key_of(outline) == own).collect();
+            loops.iter().for_each(|&outline| is_done[outline] = true);
             let uses = loops.iter().flat_map(|&outline| of_outline[outline].iter().copied());
             let bounds = self.bounds(&borders(uses.collect()));
             found.extend(faces(bounds).into_iter().map(|(outer, holes)| FaceBounds {

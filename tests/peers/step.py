@@ -31,9 +31,8 @@ from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
 from OCP.Interface import Interface_Static
 from OCP.STEPControl import STEPControl_Reader
 from OCP.TopAbs import TopAbs_ShapeEnum
-from OCP.TopExp import TopExp
+from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
-from OCP.TopTools import TopTools_IndexedMapOfShape
 
 # Volume and area, relative.
 INTEGRAL = 1e-6
@@ -61,9 +60,13 @@ def trimray(*arguments):
 
 def each(shape, kind):
     """The different sub-shapes of a kind, whatever their orientation."""
-    found = TopTools_IndexedMapOfShape()
-    TopExp.MapShapes_s(shape, kind, found)
-    return [found.FindKey(i + 1) for i in range(found.Extent())]
+    found, explorer = {}, TopExp_Explorer(shape, kind)
+    while explorer.More():
+        same = found.setdefault(hash(explorer.Current()), [])
+        if not any(explorer.Current().IsSame(other) for other in same):
+            same.append(explorer.Current())
+        explorer.Next()
+    return [shape for same in found.values() for shape in same]
 
 
 def read(path):

@@ -236,7 +236,27 @@ fn write_object(
     }
     report.degree = report.degree.max(curve_degree);
 
-    let name = Quoted(object.name);
+    let items = shape_items(entities, object.name, (&parts, &shells), &mut report);
+    let kind = match (report.solids, report.open_shells) {
+        (_, 0) => "ADVANCED_BREP_SHAPE_REPRESENTATION",
+        (0, _) => "MANIFOLD_SURFACE_SHAPE_REPRESENTATION",
+        _ => "SHAPE_REPRESENTATION",
+    };
+    contexts.product(entities, object.name, kind, &items);
+    if let Some(colour) = object.colour {
+        contexts.colour(entities, colour, &items, styles);
+    }
+    Ok(report)
+}
+
+/// The solids and the model of open shells, counted in the report.
+fn shape_items(
+    entities: &mut Entities,
+    name: &str,
+    (parts, shells): (&[Part<'_>], &[Id]),
+    report: &mut StepReport,
+) -> Vec<Id> {
+    let name = Quoted(name);
     let mut items = Vec::new();
     let mut open = Vec::new();
     for (number, part) in parts.iter().enumerate() {
@@ -268,16 +288,7 @@ fn write_object(
     if !open.is_empty() {
         items.push(entities.add(format_args!("SHELL_BASED_SURFACE_MODEL({name},{})", List(&open))));
     }
-    let kind = match (report.solids, report.open_shells) {
-        (_, 0) => "ADVANCED_BREP_SHAPE_REPRESENTATION",
-        (0, _) => "MANIFOLD_SURFACE_SHAPE_REPRESENTATION",
-        _ => "SHAPE_REPRESENTATION",
-    };
-    contexts.product(entities, object.name, kind, &items);
-    if let Some(colour) = object.colour {
-        contexts.colour(entities, colour, &items, styles);
-    }
-    Ok(report)
+    items
 }
 
 /// The components, with what is a cavity of what.
@@ -337,3 +348,6 @@ fn box_of(topology: &Topology<'_>, part: &Part<'_>) -> [DVec3; 2] {
     let edges = part.bounds.iter().flat_map(|bounds| bounds.edges());
     bounds::around(edges.map(|edge| topology.positions()[topology.vertices(edge)[0] as usize]))
 }
+
+#[cfg(test)]
+mod tests;

@@ -221,7 +221,7 @@ impl<'a> ShellWriter<'a> {
         let patch = &face.patch;
         let [m, n] = patch.degree();
         let points: Vec<Id> =
-            patch.control_points().map(|point| self.entities.point(point.truncate())).collect();
+            patch.control_points().map(|point| self.entities.point(point.truncate() / point.w)).collect();
         let rows: Vec<_> = points.chunks(n + 1).map(List).collect();
         let rows = List(&rows);
         let (u, v) = (m + 1, n + 1);
