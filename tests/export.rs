@@ -34,11 +34,43 @@ fn read_obj(text: &str) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
         let words: Vec<_> = line.split(' ').collect();
         match words[0] {
             "v" => vertices.push([1, 2, 3].map(|i| words[i].parse().unwrap())),
-            "f" => triangles.push([1, 2, 3].map(|i| words[i].parse::<usize>().unwrap() - 1)),
+            "f" => triangles.push([1, 2, 3].map(|i| {
+                let vertex = words[i].split('/').next().unwrap();
+                vertex.parse::<usize>().unwrap() - 1
+            })),
             _ => {}
         }
     }
     (vertices, triangles)
+}
+
+/// The number of edges, each of which two triangles have in opposite directions.
+fn closed_edges(triangles: &[[usize; 3]]) -> usize {
+    let mut edges: HashMap<[usize; 2], u32> = HashMap::new();
+    for [a, b, c] in triangles {
+        for edge in [[*a, *b], [*b, *c], [*c, *a]] {
+            *edges.entry(edge).or_default() += 1;
+        }
+    }
+    assert!(edges.iter().all(|([a, b], count)| *count == 1 && edges.contains_key(&[*b, *a])));
+    edges.len() / 2
+}
+
+/// The texture coordinates of surfaces jump at their seams, and have all values at their poles.
+#[test]
+fn vertices_are_there_once_where_texture_coordinates_jump() {
+    let at = TestFolder::new();
+    for (surface, characteristic) in [
+        ("{ type = \"sphere\", radius = 1 }", 2),
+        ("{ type = \"torus\", axis = [0, 0, 1], major_radius = 2, minor_radius = 0.5 }", 0),
+    ] {
+        at.write("surface.toml", format!("[[object]]\nname = \"s\"\nsurface = {surface}\n"));
+        at.succeed(&["export", "surface.toml", "-o", "s.obj", "--tolerance", "0.05"]);
+        let text = String::from_utf8(at.read("s.obj")).unwrap();
+        let (vertices, triangles) = read_obj(&text);
+        assert_eq!(vertices.len() + triangles.len(), closed_edges(&triangles) + characteristic);
+        assert!(text.matches("\nvt ").count() > vertices.len(), "more texture coordinates than vertices");
+    }
 }
 
 #[test]
@@ -51,15 +83,8 @@ fn obj_files_are_closed_solids_within_the_tolerance() {
         assert!(within.parse::<f64>().unwrap() <= tolerance.parse().unwrap(), "{}", run.stderr);
         assert!(run.stdout.is_empty());
         let (vertices, triangles) = read_obj(&String::from_utf8(at.read("x.obj")).unwrap());
-        let mut edges: HashMap<[usize; 2], u32> = HashMap::new();
-        for [a, b, c] in &triangles {
-            for edge in [[*a, *b], [*b, *c], [*c, *a]] {
-                *edges.entry(edge).or_default() += 1;
-            }
-        }
-        assert!(edges.iter().all(|([a, b], count)| *count == 1 && edges.contains_key(&[*b, *a])));
         // Euler: a solid without holes
-        assert_eq!(vertices.len() + triangles.len(), edges.len() / 2 + 2);
+        assert_eq!(vertices.len() + triangles.len(), closed_edges(&triangles) + 2);
         assert!(triangles.len() > before);
         before = triangles.len();
     }

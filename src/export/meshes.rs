@@ -78,6 +78,8 @@ pub fn ply(objects: &[NamedMesh], precision: Precision) -> Vec<u8> {
 }
 
 /// An OBJ file with one object (`o`) for each, numbers in as many digits as read back to the same doubles.
+///
+/// A point of the surface has one `v`, however many `vt` and `vn`.
 #[must_use]
 pub fn obj(objects: &[NamedMesh]) -> String {
     let mut text = "# exported by trimray\n".to_owned();
@@ -87,7 +89,16 @@ pub fn obj(objects: &[NamedMesh]) -> String {
         let name: String = name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
         // writing to memory does not fail
         let _ = writeln!(text, "o {name}");
-        for p in &mesh.positions {
+        let mut of_vertex: Vec<u32> = Vec::with_capacity(mesh.positions.len());
+        let mut points = 0;
+        for (vertex, p) in mesh.positions.iter().enumerate() {
+            let earlier = mesh.first_at_point.get(vertex).and_then(|&first| of_vertex.get(first as usize));
+            if let Some(&point) = earlier {
+                of_vertex.push(point);
+                continue;
+            }
+            of_vertex.push(first + points);
+            points += 1;
             let _ = writeln!(text, "v {:?} {:?} {:?}", p.x, p.y, p.z);
         }
         for uv in &mesh.uvs {
@@ -100,7 +111,7 @@ pub fn obj(objects: &[NamedMesh]) -> String {
         for triangle in &mesh.triangles {
             text.push('f');
             for vertex in triangle {
-                let _ = write!(text, " {}", first + vertex);
+                let _ = write!(text, " {}", of_vertex[*vertex as usize]);
                 if has_uvs {
                     let _ = write!(text, "/{}", first_uv + vertex);
                 }
@@ -111,7 +122,7 @@ pub fn obj(objects: &[NamedMesh]) -> String {
             }
             text.push('\n');
         }
-        first += index(mesh.positions.len());
+        first += points;
         first_uv += index(mesh.uvs.len());
         first_normal += index(mesh.normals.len());
     }
@@ -135,6 +146,7 @@ mod tests {
             name: name.into(),
             mesh: Tessellation {
                 positions,
+                first_at_point: vec![0, 1, 2],
                 uvs,
                 normals: Vec::new(),
                 triangles: vec![[0, 1, 2]],

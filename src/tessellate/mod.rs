@@ -41,6 +41,8 @@ pub enum Fineness {
 pub struct Tessellation {
     /// Points of the exact surface.
     pub positions: Vec<DVec3>,
+    /// The first vertex that is the same point of the surface, for each vertex: itself unless what is looked up there changes.
+    pub first_at_point: Vec<u32>,
     /// Texture coordinates of the vertices, or none at all. Where they change at an edge the vertices are there twice.
     pub uvs: Vec<DVec2>,
     /// Unit normals for shading at the vertices, or none at all where they are the surface's own.
@@ -146,6 +148,7 @@ fn finished(object: &TracedObject, refinement: &Refinement<'_>, deviation: f64) 
     let has_normals = any(&|part, st| normal_at(part, st).is_some());
     let mut made = Tessellation { deviation, ..Tessellation::default() };
     let mut numbers: HashMap<(u32, [u32; 5]), u32> = HashMap::new();
+    let mut first_at_point: HashMap<u32, u32> = HashMap::new();
     made.triangles.reserve(mesh.triangles.len());
     // at a pole triangles have a side that is a point
     for triangle in mesh.triangles.iter().filter(|triangle| triangle.has_sides()) {
@@ -167,7 +170,9 @@ fn finished(object: &TracedObject, refinement: &Refinement<'_>, deviation: f64) 
                 made.positions.push(mesh.positions[vertex as usize]);
                 made.uvs.extend(has_uvs.then_some(uv));
                 made.normals.extend(has_normals.then_some(normal));
-                index(made.positions.len() - 1)
+                let number = index(made.positions.len() - 1);
+                made.first_at_point.push(*first_at_point.entry(vertex).or_insert(number));
+                number
             })
         }));
     }
