@@ -6,8 +6,8 @@ use glam::{DVec2, DVec3};
 
 use crate::patch::{ExactSurface, Overlap, PatchPoint};
 
+use super::branch::{ByValue, Piece, Possible};
 use super::chain::Formula;
-use super::choice::{ByValue, Piece, Possible};
 use super::disc::Disc;
 use super::number::{Number, SIZES};
 
@@ -51,11 +51,11 @@ pub(super) fn overlap(formula: &Formula, piece: &Piece, rectangle: [Disc; 2]) ->
 
 impl ExactSurface for Cell {
     fn eval(&self, st: DVec2) -> PatchPoint {
-        self.scaled(self.formula.eval(self.base(st), &mut self.piece.listed()))
+        self.scaled(self.formula.eval(self.base(st), &mut self.piece.branch_list()))
     }
 
     fn position(&self, st: DVec2) -> DVec3 {
-        self.formula.position(self.base(st), &mut self.piece.listed())
+        self.formula.position(self.base(st), &mut self.piece.branch_list())
     }
 
     fn eval_whole(&self, st: DVec2) -> PatchPoint {
@@ -103,6 +103,6 @@ impl ExactSurface for Cell {
     }
 
     fn bytes(&self) -> usize {
-        size_of::<Self>() + size_of_val(&*self.piece.choices) + size_of_val(&*self.piece.open)
+        size_of::<Self>() + size_of_val(&*self.piece.branches) + size_of_val(&*self.piece.open)
     }
 }

@@ -16,9 +16,9 @@ use crate::patch::{BezierPatch, Face, LineCuts, Overlap, Region, Shell, TrimLoop
 use crate::spline::{KnotBox, SplineVolume};
 use crate::subdivide::VertexNumbers;
 
+use super::branch::{ByValue, Piece, pieces};
 use super::cell::{Cell, overlap, rectangle};
 use super::chain::{Chain, Formula};
-use super::choice::{ByValue, Piece, pieces};
 use super::disc::Disc;
 use super::interpolate::{Interpolant, interpolate, interpolation_error, lebesgue};
 use super::loop_part::{LoopPart, local_region};
@@ -398,7 +398,7 @@ impl Cover {
 
     fn push(&mut self, cell: Cell, degree: [usize; 2], region: &(Region, Vec<u32>)) {
         let point = |st: DVec2| {
-            self.formula.position(cell.low + st * cell.size, &mut cell.piece.listed()).extend(1.0)
+            self.formula.position(cell.low + st * cell.size, &mut cell.piece.branch_list()).extend(1.0)
         };
         let Interpolant { control_points, residual } = interpolate(degree, point);
         let rounding = 3_f64.sqrt() * lebesgue(degree[0]) * lebesgue(degree[1]) * residual;
@@ -452,7 +452,7 @@ impl Cover {
     ) {
         cell.error += rounding + self.formula.rounding(magnitude(&control_points));
         let middle = cell.low + 0.5 * cell.size;
-        for (step, knot_box) in cell.formula.knot_boxes(&mut cell.piece.listed(), middle) {
+        for (step, knot_box) in cell.formula.knot_boxes(&mut cell.piece.branch_list(), middle) {
             if knot_box.is_some() || !cell.piece.has_borders() || self.is_outside(&cell, step) {
                 self.knot_boxes.insert((step, knot_box));
             }

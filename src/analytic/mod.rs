@@ -4,9 +4,9 @@
 //! the deformed point. Each has a Bézier patch that stands for it in searches, with a proven bound of its distance, and the
 //! formula itself for the last step of Newton's method, positions and derivatives.
 
+mod branch;
 mod cell;
 mod chain;
-mod choice;
 mod cover;
 mod disc;
 mod expression;
@@ -16,11 +16,13 @@ mod loop_part;
 mod number;
 mod program;
 mod step;
+mod syntax;
 mod taylor;
 #[cfg(test)]
 mod tests;
 
 pub use chain::{Chain, MAX_FIELDS};
 pub use cover::{CoverError, CoverSettings, Covered, cover};
-pub use expression::{Expression, ExpressionError};
+pub use expression::Expression;
 pub use step::*;
+pub use syntax::ExpressionError;

@@ -1,9 +1,9 @@
 //! Expressions as lists of operations on a stack, for numbers and discs with derivatives.
 
-use super::choice::Choose;
-use super::expression::{Function, Node};
+use super::branch::SelectBranch;
 use super::jet::Jet;
 use super::number::Number;
+use super::syntax::{Function, Node};
 
 /// Greatest whole exponent that is taken by multiplications, a few for each of its digits.
 const MAX_WHOLE: f64 = 1e9;
@@ -34,7 +34,7 @@ pub(super) struct Program {
     /// Greatest height of the stack.
     height: usize,
     /// How many absolute values there are.
-    questions: usize,
+    sign_queries: usize,
 }
 
 /// Height up to which the stack is not allocated.
@@ -44,21 +44,21 @@ impl Program {
     pub(super) fn from_tree(root: &Node) -> Self {
         let mut operations = Vec::new();
         let height = append(root, &mut operations);
-        let is_question = |operation: &&Operation| **operation == Operation::Call(Function::Abs);
-        let questions = operations.iter().filter(is_question).count();
-        Self { operations: operations.into(), height, questions }
+        let is_sign_query = |operation: &&Operation| **operation == Operation::Call(Function::Abs);
+        let sign_queries = operations.iter().filter(is_sign_query).count();
+        Self { operations: operations.into(), height, sign_queries }
     }
 
     /// How many signs it asks for.
-    pub(super) const fn questions(&self) -> usize {
-        self.questions
+    pub(super) const fn sign_queries(&self) -> usize {
+        self.sign_queries
     }
 
     /// The value at (u, v).
     pub(super) fn run<T: Number, const N: usize>(
         &self,
         uv: &[Jet<T, N>; 2],
-        choose: &mut impl Choose<T>,
+        choose: &mut impl SelectBranch<T>,
     ) -> Jet<T, N> {
         let nothing = Jet::constant(T::constant(0.0));
         if self.height <= SMALL {
@@ -72,7 +72,7 @@ impl Program {
         &self,
         stack: &mut [Jet<T, N>],
         uv: &[Jet<T, N>; 2],
-        choose: &mut impl Choose<T>,
+        choose: &mut impl SelectBranch<T>,
     ) -> Jet<T, N> {
         let mut height = 0;
         for operation in &self.operations {
@@ -146,7 +146,7 @@ fn append_both([a, b]: &[Node; 2], operations: &mut Vec<Operation>) -> usize {
 fn call<T: Number, const N: usize>(
     function: Function,
     x: &Jet<T, N>,
-    choose: &mut impl Choose<T>,
+    choose: &mut impl SelectBranch<T>,
 ) -> Jet<T, N> {
     match function {
         Function::Sin => x.sin(),

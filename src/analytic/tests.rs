@@ -8,7 +8,7 @@ use num_complex::Complex64 as Complex;
 
 use super::jet::Jet;
 use super::{Chain, CoverSettings, Expression, Extension, ExtensionMode, Field, Region, Step, cover};
-use crate::analytic::choice::ByValue;
+use crate::analytic::branch::ByValue;
 use crate::patch::{BezierPatch, Chart, Face, Shell};
 use crate::spline::SplineVolume;
 use crate::subdivide::Frame;

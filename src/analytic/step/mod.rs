@@ -5,7 +5,7 @@ mod extension;
 
 pub use extension::{Extension, ExtensionMode, Field, Region};
 
-use super::choice::Choose;
+use super::branch::SelectBranch;
 use super::jet::{Jet, Point};
 use super::number::Number;
 use super::taylor::deformed;
@@ -26,7 +26,7 @@ impl Step {
         &self,
         point: Point<T, N>,
         uv: &[Jet<T, N>; 2],
-        choose: &mut impl Choose<T>,
+        choose: &mut impl SelectBranch<T>,
     ) -> Point<T, N> {
         match self {
             Self::Volume(volume) => match choose.knot_box(volume, &point) {

@@ -1,7 +1,7 @@
 //! Which piece of a formula with several is meant.
 //!
 //! A lattice has a polynomial for each knot box, a region has an inside and an outside, |x| has two signs. Each piece is
-//! analytic, also beyond its own borders. An evaluation asks for its pieces one after the other; what they are asked of says
+//! analytic, also beyond its own borders. An evaluation asks for its pieces one after the other; what answers them says
 //! whether the answer comes from the numbers at hand or from a list.
 
 use std::ops::Range;
@@ -19,20 +19,20 @@ use super::number::Number;
 pub(super) const MOST_PIECES: usize = 12;
 
 /// One answer: of a lattice 0 for outside, else 1 and the knot box's number; of a sign 1 for x >= 0, else 0.
-pub(super) type Choice = u32;
+pub(super) type Branch = u32;
 
 /// The answer of a lattice for a place that is outside.
-const OUTSIDE: Choice = 0;
+const OUTSIDE: Branch = 0;
 
 /// Answers which piece is meant.
-pub(super) trait Choose<T> {
+pub(super) trait SelectBranch<T> {
     /// The knot box of a place; `None` outside the lattice.
     fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<T, N>) -> Option<KnotBox>;
 
     /// Whether x >= 0.
     fn is_positive<const N: usize>(&mut self, x: &Jet<T, N>) -> bool;
 
-    /// The bound of a region where it is not above 0, else nothing. `bound` asks so many questions itself, before.
+    /// The bound of a region where it is not above 0, else nothing. `bound` asks for so many signs itself, before.
     fn region<const N: usize>(
         &mut self,
         _questions: usize,
@@ -47,13 +47,13 @@ pub(super) trait Choose<T> {
     }
 }
 
-fn number(volume: &SplineVolume, knot_box: Option<KnotBox>) -> Choice {
+fn number(volume: &SplineVolume, knot_box: Option<KnotBox>) -> Branch {
     let [_, ny, nz] = [0, 1, 2].map(|axis| volume.axes()[axis].intervals());
     let flat = knot_box.map_or(0, |[i, j, k]| 1 + (i * ny + j) * nz + k);
-    Choice::try_from(flat).expect("fewer than 2^32 knot boxes fit in memory")
+    Branch::try_from(flat).expect("fewer than 2^32 knot boxes fit in memory")
 }
 
-fn knot_box(volume: &SplineVolume, choice: Choice) -> Option<KnotBox> {
+fn knot_box(volume: &SplineVolume, choice: Branch) -> Option<KnotBox> {
     let [_, ny, nz] = [0, 1, 2].map(|axis| volume.axes()[axis].intervals());
     let flat = (choice as usize).checked_sub(1)?;
     Some([flat / (ny * nz), flat / nz % ny, flat % nz])
@@ -79,7 +79,7 @@ fn interval(knots: &KnotVector, index: usize, border: f64) -> [f64; 2] {
 #[derive(Debug, Default)]
 pub(super) struct ByValue;
 
-impl Choose<f64> for ByValue {
+impl SelectBranch<f64> for ByValue {
     fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<f64, N>) -> Option<KnotBox> {
         let [low, high] = volume.bounds();
         let place = DVec3::from_array(place.each_ref().map(Jet::value));
@@ -94,28 +94,28 @@ impl Choose<f64> for ByValue {
     }
 }
 
-/// From a list, in the order of the questions.
+/// From a list, in the order in which signs are asked for.
 #[derive(Debug)]
-pub(super) struct Listed<'a> {
-    choices: std::slice::Iter<'a, Choice>,
+pub(super) struct BranchList<'a> {
+    branches: std::slice::Iter<'a, Branch>,
 }
 
-impl Listed<'_> {
-    /// Passes over a region's questions if their last answer is that it is outside.
-    fn skips(&mut self, questions: usize) -> bool {
-        let outside = self.choices.as_slice().get(questions) == Some(&0);
+impl BranchList<'_> {
+    /// Passes over the signs that a region asks for if their last answer is that it is outside.
+    fn skips(&mut self, sign_queries: usize) -> bool {
+        let outside = self.branches.as_slice().get(sign_queries) == Some(&0);
         if outside {
-            self.choices.nth(questions);
+            self.branches.nth(sign_queries);
         }
         outside
     }
 
-    fn next(&mut self) -> Choice {
-        self.choices.next().copied().expect("the list has an answer for each question of its piece")
+    fn next(&mut self) -> Branch {
+        self.branches.next().copied().expect("the list has an answer for each question of its piece")
     }
 }
 
-impl<T> Choose<T> for Listed<'_> {
+impl<T> SelectBranch<T> for BranchList<'_> {
     fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, _place: &Point<T, N>) -> Option<KnotBox> {
         knot_box(volume, self.next())
     }
@@ -126,17 +126,17 @@ impl<T> Choose<T> for Listed<'_> {
 
     fn region<const N: usize>(
         &mut self,
-        questions: usize,
+        sign_queries: usize,
         bound: impl FnOnce(&mut Self) -> Jet<T, N>,
     ) -> Option<Jet<T, N>>
     where
         T: Number,
     {
-        if self.skips(questions) {
+        if self.skips(sign_queries) {
             return None;
         }
         let bound = bound(self);
-        <Self as Choose<T>>::is_positive(self, &bound.scale(-1.0)).then_some(bound)
+        <Self as SelectBranch<T>>::is_positive(self, &bound.scale(-1.0)).then_some(bound)
     }
 }
 
@@ -147,7 +147,7 @@ pub(super) struct Recorded<'a, C> {
     pub(super) knot_boxes: Vec<Option<KnotBox>>,
 }
 
-impl<T, C: Choose<T>> Choose<T> for Recorded<'_, C> {
+impl<T, C: SelectBranch<T>> SelectBranch<T> for Recorded<'_, C> {
     fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<T, N>) -> Option<KnotBox> {
         let knot_box = self.choose.knot_box(volume, place);
         self.knot_boxes.push(knot_box);
@@ -162,7 +162,7 @@ impl<T, C: Choose<T>> Choose<T> for Recorded<'_, C> {
 /// From a list, with how far a place is inside the piece.
 #[derive(Debug)]
 pub(super) struct Margins<'a> {
-    listed: Listed<'a>,
+    list: BranchList<'a>,
     /// Whether the answers are in doubt.
     open: std::slice::Iter<'a, bool>,
     /// How far off the parameters may be.
@@ -191,9 +191,9 @@ fn depth<const N: usize>(x: &Jet<f64, N>, [low, high]: [f64; 2]) -> f64 {
     (x.value() - low).min(high - x.value())
 }
 
-impl Choose<f64> for Margins<'_> {
+impl SelectBranch<f64> for Margins<'_> {
     fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<f64, N>) -> Option<KnotBox> {
-        let chosen = knot_box(volume, self.listed.next());
+        let chosen = knot_box(volume, self.list.next());
         if self.is_open() {
             let border = border(volume);
             match chosen {
@@ -221,7 +221,7 @@ impl Choose<f64> for Margins<'_> {
     }
 
     fn is_positive<const N: usize>(&mut self, x: &Jet<f64, N>) -> bool {
-        let positive = self.listed.next() == 1;
+        let positive = self.list.next() == 1;
         if self.is_open() {
             let inward = if positive { x.value() } else { -x.value() };
             self.inside &= inward + self.slack(x) >= 0.0;
@@ -232,12 +232,12 @@ impl Choose<f64> for Margins<'_> {
 
     fn region<const N: usize>(
         &mut self,
-        questions: usize,
+        sign_queries: usize,
         bound: impl FnOnce(&mut Self) -> Jet<f64, N>,
     ) -> Option<Jet<f64, N>> {
-        let open = self.open.as_slice().get(..=questions).is_none_or(|open| open.contains(&true));
-        if !open && self.listed.skips(questions) {
-            self.open.nth(questions);
+        let open = self.open.as_slice().get(..=sign_queries).is_none_or(|open| open.contains(&true));
+        if !open && self.list.skips(sign_queries) {
+            self.open.nth(sign_queries);
             return None;
         }
         let bound = bound(self);
@@ -247,10 +247,10 @@ impl Choose<f64> for Margins<'_> {
 
 /// A question.
 #[derive(Debug)]
-struct Asked {
-    chosen: Choice,
+struct BranchQuery {
+    chosen: Branch,
     /// All answers that are possible.
-    all: Vec<Choice>,
+    all: Vec<Branch>,
     /// Whether it is about a place in a volume.
     by_place: bool,
 }
@@ -259,37 +259,37 @@ struct Asked {
 #[derive(Debug, Default)]
 pub(super) struct Possible {
     /// The first answer of each question, with the others that are possible.
-    asked: Vec<Asked>,
+    queries: Vec<BranchQuery>,
     /// Answers that are given.
-    given: Vec<Choice>,
+    given: Vec<Branch>,
 }
 
 impl Possible {
     /// With the answers of a piece.
     pub(super) fn given(piece: &Piece) -> Self {
-        Self { asked: Vec::new(), given: piece.choices.to_vec() }
+        Self { queries: Vec::new(), given: piece.branches.to_vec() }
     }
 
     /// How the answers given are among those possible.
     pub(super) fn overlap(&self) -> Overlap {
-        if self.asked.iter().any(|asked| !asked.all.contains(&asked.chosen)) {
+        if self.queries.iter().any(|query| !query.all.contains(&query.chosen)) {
             Overlap::None
-        } else if self.asked.iter().all(|asked| asked.all.len() == 1) {
+        } else if self.queries.iter().all(|query| query.all.len() == 1) {
             Overlap::Whole
         } else {
             Overlap::Partial
         }
     }
 
-    fn answer(&mut self, by_place: bool, possible: impl FnOnce() -> Vec<Choice>) -> Choice {
+    fn answer(&mut self, by_place: bool, possible: impl FnOnce() -> Vec<Branch>) -> Branch {
         let all = possible();
-        let chosen = self.given.get(self.asked.len()).copied().unwrap_or(all[0]);
-        self.asked.push(Asked { chosen, all, by_place });
+        let chosen = self.given.get(self.queries.len()).copied().unwrap_or(all[0]);
+        self.queries.push(BranchQuery { chosen, all, by_place });
         chosen
     }
 }
 
-impl Choose<Disc> for Possible {
+impl SelectBranch<Disc> for Possible {
     fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<Disc, N>) -> Option<KnotBox> {
         let chosen = self.answer(true, || {
             let ranges: [_; 3] =
@@ -347,7 +347,7 @@ fn range(knots: &KnotVector, border: f64, x: Disc) -> (Range<usize>, bool) {
 /// A piece of a formula: its answers, and which of them other numbers of the rectangle would give differently.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Piece {
-    pub(super) choices: Box<[Choice]>,
+    pub(super) branches: Box<[Branch]>,
     pub(super) open: Box<[bool]>,
     /// Whether such an answer depends on a place in a volume, and not on the parameters alone.
     pub(super) open_by_place: bool,
@@ -357,13 +357,13 @@ pub(super) struct Piece {
 
 impl Piece {
     /// Answers as this piece has them.
-    pub(super) fn listed(&self) -> Listed<'_> {
-        Listed { choices: self.choices.iter() }
+    pub(super) fn branch_list(&self) -> BranchList<'_> {
+        BranchList { branches: self.branches.iter() }
     }
 
     /// The same, with how far places are inside, whose parameters may be off by a tolerance.
     pub(super) fn margins(&self, tolerance: [f64; 2]) -> Margins<'_> {
-        Margins { listed: self.listed(), open: self.open.iter(), tolerance, inside: true, strictly: true }
+        Margins { list: self.branch_list(), open: self.open.iter(), tolerance, inside: true, strictly: true }
     }
 
     /// Whether it is not all of its rectangle.
@@ -379,29 +379,29 @@ pub(super) fn pieces<R>(mut evaluate: impl FnMut(&mut Possible) -> R) -> Option<
     let mut waiting = vec![Vec::new()];
     while let Some(given) = waiting.pop() {
         let from = given.len();
-        let mut possible = Possible { asked: Vec::new(), given };
+        let mut possible = Possible { queries: Vec::new(), given };
         let value = evaluate(&mut possible);
-        let asked = possible.asked;
-        for (place, Asked { all, .. }) in asked.iter().enumerate().skip(from) {
+        let queries = possible.queries;
+        for (place, BranchQuery { all, .. }) in queries.iter().enumerate().skip(from) {
             for &other in &all[1..] {
-                let mut given: Vec<_> = asked[..place].iter().map(|asked| asked.chosen).collect();
+                let mut given: Vec<_> = queries[..place].iter().map(|query| query.chosen).collect();
                 given.push(other);
                 waiting.push(given);
             }
         }
         let piece = Piece {
-            choices: asked.iter().map(|asked| asked.chosen).collect(),
-            open: asked.iter().map(|asked| asked.all.len() > 1).collect(),
-            open_by_place: asked.iter().any(|asked| asked.by_place && asked.all.len() > 1),
-            may_be_torn: asked
+            branches: queries.iter().map(|query| query.chosen).collect(),
+            open: queries.iter().map(|query| query.all.len() > 1).collect(),
+            open_by_place: queries.iter().any(|query| query.by_place && query.all.len() > 1),
+            may_be_torn: queries
                 .iter()
-                .any(|asked| asked.by_place && asked.all.len() > 1 && asked.all.contains(&OUTSIDE)),
+                .any(|query| query.by_place && query.all.len() > 1 && query.all.contains(&OUTSIDE)),
         };
         found.push((piece, value));
         if found.len() + waiting.len() > MOST_PIECES {
             return None;
         }
     }
-    found.sort_by(|(a, _), (b, _)| a.choices.cmp(&b.choices));
+    found.sort_by(|(a, _), (b, _)| a.branches.cmp(&b.branches));
     Some(found)
 }
