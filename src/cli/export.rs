@@ -15,6 +15,7 @@ use trimray::export::{
 use trimray::model::Representation;
 use trimray::output::{OwnFolder, check_folder_writable, check_writable, write_folder_whole, write_whole};
 use trimray::scene::{BuiltScene, SceneDescription};
+use trimray::shade::Material;
 use trimray::tessellate::{Fineness, TessellateError, tessellate};
 
 use super::own_inputs::{check_not_inputs, check_replaces_no_inputs};
@@ -181,7 +182,7 @@ impl ExportArgs {
             .map(|(index, object)| StepObject {
                 name: &object.name,
                 shell: &object.shell,
-                colour: scene.material_of(&scene.objects[index]).uniform_colour(),
+                colour: built.materials[index].only().and_then(Material::uniform_colour),
                 group: &groups[index],
             })
             .collect();

@@ -150,6 +150,7 @@ mod tests {
                 uvs,
                 normals: Vec::new(),
                 triangles: vec![[0, 1, 2]],
+                faces: vec![0],
                 deviation: 0.0,
             },
         }

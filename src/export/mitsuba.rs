@@ -1,5 +1,6 @@
 //! Scenes for Mitsuba 3.
 
+use std::borrow::Cow;
 use std::io;
 
 use glam::DVec3;
@@ -50,8 +51,8 @@ pub fn mitsuba_scene(
     meshes: &[NamedMesh],
 ) -> io::Result<Vec<ExportedFile>> {
     assert_eq!(meshes.len(), scene.objects.len(), "one mesh for each object");
-    let paths: Vec<_> =
-        (0..).zip(meshes).map(|(n, mesh)| format!("{MESHES}/{}.ply", id(n, &mesh.name))).collect();
+    let shapes: Vec<Shape<'_>> =
+        (0..meshes.len()).flat_map(|object| shapes_of(scene, built, object, &meshes[object])).collect();
     let mut pictures = Pictures::default();
     // the scene's text knows the files of pictures
     let all_lights: Vec<&Light> = match &scene.lights {
@@ -64,21 +65,20 @@ pub fn mitsuba_scene(
             _ => None,
         })
     };
-    let objects =
-        scene.objects.iter().zip(meshes).zip(&paths).enumerate().map(|(index, ((object, mesh), path))| {
-            Element::plugin("shape", "ply")
-                .string("filename", path)
-                // the triangles' own normals, which are the surface's
-                .boolean("face_normals", mesh.mesh.normals.is_empty())
-                .child(Element::new("ref").attribute("id", material_id(scene, object.material)))
-                .children((!mesh.mesh.uvs.is_empty()).then(flip_tex_coords))
-                .children(shines(index))
-        });
+    let objects = shapes.iter().map(|Shape { object, mesh, path, material }| {
+        Element::plugin("shape", "ply")
+            .string("filename", path)
+            // the triangles' own normals, which are the surface's
+            .boolean("face_normals", mesh.mesh.normals.is_empty())
+            .child(Element::new("ref").attribute("id", material))
+            .children((!mesh.mesh.uvs.is_empty()).then(flip_tex_coords))
+            .children(shines(*object))
+    });
     let root = Element::new("scene")
         .attribute("version", VERSION)
         .child(integrator(&scene.render))
         .child(sensor(&built.camera, &scene.film, &scene.render, built.traced.bounds()))
-        .children(materials(scene, &mut pictures)?)
+        .children(materials(scene, built, &mut pictures)?)
         .children(lights(&all_lights, &mut pictures)?)
         .children(objects);
     let farthest = meshes.iter().map(|mesh| mesh.mesh.deviation).fold(0.0, f64::max);
@@ -87,12 +87,60 @@ pub fn mitsuba_scene(
         env!("CARGO_PKG_VERSION")
     );
     let mut files = vec![ExportedFile { path: MITSUBA_SCENE.into(), bytes: root.document(&comment)? }];
-    for (mesh, path) in meshes.iter().zip(paths) {
+    for Shape { mesh, path, .. } in shapes {
         // Mitsuba keeps vertices in single precision
-        files.push(ExportedFile { path, bytes: ply(std::slice::from_ref(mesh), Precision::Single) });
+        files.push(ExportedFile { path, bytes: ply(std::slice::from_ref(&*mesh), Precision::Single) });
     }
     files.append(&mut pictures.into_files());
     Ok(files)
+}
+
+/// What has one material in Mitsuba's scene: an object, or the triangles of its faces with one material.
+struct Shape<'a> {
+    /// Index of the object.
+    object: usize,
+    mesh: Cow<'a, NamedMesh>,
+    path: String,
+    /// The material's name in the file.
+    material: String,
+}
+
+fn shapes_of<'a>(
+    scene: &SceneDescription,
+    built: &BuiltScene,
+    object: usize,
+    mesh: &'a NamedMesh,
+) -> Vec<Shape<'a>> {
+    let name = id(object, &mesh.name);
+    let materials = &built.materials[object];
+    if materials.only().is_some() {
+        let material = material_id(scene, scene.objects[object].material);
+        return vec![Shape {
+            object,
+            mesh: Cow::Borrowed(mesh),
+            path: format!("{MESHES}/{name}.ply"),
+            material,
+        }];
+    }
+    let with_material = |index: usize| {
+        let mut part = mesh.clone();
+        let triangles = mesh.mesh.triangles.iter().zip(&mesh.mesh.faces);
+        let own = triangles.filter(|(_, face)| materials.index(**face) == index);
+        (part.mesh.triangles, part.mesh.faces) = own.map(|(triangle, face)| (*triangle, *face)).unzip();
+        let path = format!("{MESHES}/{name}_{index}.ply");
+        (!part.mesh.triangles.is_empty()).then(|| Shape {
+            object,
+            mesh: Cow::Owned(part),
+            path,
+            material: face_material_id(object, index),
+        })
+    };
+    (0..materials.iter().len()).filter_map(with_material).collect()
+}
+
+/// The name of a material of some faces of an object.
+fn face_material_id(object: usize, material: usize) -> String {
+    format!("material_of_object_{object}_{material}")
 }
 
 fn material_id(scene: &SceneDescription, material: Option<usize>) -> String {
@@ -101,15 +149,24 @@ fn material_id(scene: &SceneDescription, material: Option<usize>) -> String {
 }
 
 /// All materials, and the default one if an object has it.
-fn materials(scene: &SceneDescription, pictures: &mut Pictures) -> io::Result<Vec<Element>> {
-    let used = |material: &Option<usize>| scene.objects.iter().any(|object| object.material == *material);
+fn materials(
+    scene: &SceneDescription,
+    built: &BuiltScene,
+    pictures: &mut Pictures,
+) -> io::Result<Vec<Element>> {
+    let uniform = || scene.objects.iter().zip(&built.materials).filter(|(_, own)| own.only().is_some());
+    let used = |material: &Option<usize>| uniform().any(|(object, _)| object.material == *material);
     let all = std::iter::once(None).chain((0..scene.materials.len()).map(Some));
-    all.filter(used)
-        .map(|index| {
-            let material = index.map(|index| scene.materials[index].material.clone()).unwrap_or_default();
-            Ok(bsdf(&material, pictures)?.attribute("id", material_id(scene, index)))
-        })
-        .collect()
+    let listed = all.filter(used).map(|index| {
+        let material = index.map(|index| scene.materials[index].material.clone()).unwrap_or_default();
+        (material, material_id(scene, index))
+    });
+    let of_faces = built.materials.iter().enumerate().filter(|(_, own)| own.only().is_none());
+    let of_faces = of_faces.flat_map(|(object, own)| {
+        let numbered = own.iter().enumerate();
+        numbered.map(move |(index, (material, _))| (material.clone(), face_material_id(object, index)))
+    });
+    listed.chain(of_faces).map(|(material, id)| Ok(bsdf(&material, pictures)?.attribute("id", id))).collect()
 }
 
 /// All lights but objects, which shine as shapes.

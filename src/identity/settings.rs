@@ -6,16 +6,12 @@ use super::parameter_json::{light_json, material_json, picture_hash};
 use crate::choice::Choice;
 use crate::film::Aov;
 use crate::scene::{BuiltScene, SceneDescription};
-use crate::shade::Projection;
+use crate::shade::{Material, ObjectMaterials, PreparedMaterial, Projection};
 
 /// All that decides the pixels besides geometry, which the hash stands for.
 pub(super) fn settings_json(scene: &SceneDescription, built: &BuiltScene) -> serde_json::Value {
     let (camera, film, render) = (&built.camera, &scene.film, &scene.render);
-    let materials = scene.objects.iter().zip(&built.materials).map(|(object, prepared)| {
-        let mut material = material_json(&scene.material_of(object));
-        material["pictures"] = prepared.pictures().iter().map(|picture| picture_hash(picture)).collect();
-        material
-    });
+    let materials = built.materials.iter().map(materials_json);
     let objects = built.traced.objects();
     let lights = built.light_settings.iter().map(|light| light_json(light, objects));
     json!({
@@ -32,6 +28,20 @@ pub(super) fn settings_json(scene: &SceneDescription, built: &BuiltScene) -> ser
         "materials": materials.collect::<Vec<_>>(),
         "lights": lights.collect::<Vec<_>>(),
     })
+}
+
+/// The one material of an object, or those of its faces.
+fn materials_json(materials: &ObjectMaterials) -> serde_json::Value {
+    let one = |(material, prepared): (&Material, &PreparedMaterial)| {
+        let mut material = material_json(material);
+        material["pictures"] = prepared.pictures().iter().map(|picture| picture_hash(picture)).collect();
+        material
+    };
+    let mut all: Vec<_> = materials.iter().map(one).collect();
+    if materials.of_face().is_empty() {
+        return all.swap_remove(0);
+    }
+    json!({ "materials": all, "of_face": materials.of_face() })
 }
 
 fn projection_json(projection: &Projection) -> serde_json::Value {

@@ -5,6 +5,7 @@
 //! What was odd about the mesh stands in [`MeshNotes`]; what makes it unusable is a [`LoadError`].
 
 mod mend;
+mod mtl;
 mod notes;
 mod obj;
 mod obj_fault;
@@ -22,6 +23,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
+pub use mtl::{MtlMaterial, load_mtl};
 pub use notes::{FileNotes, MeshNotes};
 pub use obj::{ObjError, load_obj};
 pub use obj_fault::{FaultKind, ObjFault};

@@ -118,8 +118,8 @@ impl fmt::Display for FaultList<'_> {
 ///
 /// What is not used cannot make a file illegal; it is counted in the notes: a fourth coordinate, colours, statements that
 /// no face refers to, curves and surfaces, bytes that are not UTF-8. Corners whose texture coordinates or normals are not
-/// there or not finite have none. Faces of one or two corners keep their number and have no area. Materials and smoothing
-/// groups are left out.
+/// there or not finite have none. Faces of one or two corners keep their number and have no area. The names of materials
+/// are kept, smoothing groups left out.
 ///
 /// # Errors
 /// See [`ObjError`]; all faults of a file come at once.

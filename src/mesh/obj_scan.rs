@@ -63,6 +63,11 @@ struct Unreadable {
     fault: ObjFault,
 }
 
+/// The words of a name, which may hold spaces.
+fn joined(values: &[Token<'_>]) -> String {
+    values.iter().map(|token| token.text).collect::<Vec<_>>().join(" ")
+}
+
 #[derive(Default)]
 struct Scanner<'a> {
     file: &'a str,
@@ -79,6 +84,12 @@ struct Scanner<'a> {
     names: HashMap<String, u32>,
     /// The last `o` or `g`.
     name: Option<String>,
+    /// The last `usemtl`: its place in `material_names`, counted from 1, or 0.
+    material: u32,
+    materials: HashMap<String, u32>,
+    material_names: Vec<String>,
+    face_materials: Vec<u32>,
+    libraries: Vec<String>,
     faults: Faults,
     unreadable: Vec<Unreadable>,
     forward: Vec<ForwardReference>,
@@ -98,10 +109,11 @@ impl<'a> Scanner<'a> {
             "f" if values.is_empty() => self.ignore("f"),
             "f" => self.face(values),
             "o" | "g" => {
-                let words: Vec<_> = values.iter().map(|token| token.text).collect();
-                self.name = (!words.is_empty()).then(|| words.join(" "));
+                self.name = (!values.is_empty()).then(|| joined(values));
             }
-            "s" | "usemtl" | "mtllib" => {}
+            "usemtl" => self.material = self.material_named(&joined(values)),
+            "mtllib" => self.libraries.extend(Some(joined(values)).filter(|name| !name.is_empty())),
+            "s" => {}
             other => self.ignore(other),
         }
     }
@@ -203,6 +215,21 @@ impl<'a> Scanner<'a> {
             }
         };
         self.face_objects.push(object);
+        self.face_materials.push(self.material);
+    }
+
+    /// The index of a material, plus 1; 0 is no material.
+    fn material_named(&mut self, name: &str) -> u32 {
+        if name.is_empty() {
+            return 0;
+        }
+        if let Some(&known) = self.materials.get(name) {
+            return known;
+        }
+        self.material_names.push(name.to_owned());
+        let number = u32::try_from(self.material_names.len()).unwrap_or(u32::MAX);
+        self.materials.insert(name.to_owned(), number);
+        number
     }
 
     fn corner(&mut self, token: &Token<'_>) {
@@ -300,6 +327,9 @@ impl<'a> Scanner<'a> {
             arities: self.arities,
             face_objects: self.face_objects,
             object_names: self.object_names,
+            face_materials: if self.material_names.is_empty() { Vec::new() } else { self.face_materials },
+            material_names: self.material_names,
+            material_libraries: self.libraries,
         };
         Ok(Scan { parts, positions: file_positions, notes: self.notes })
     }

@@ -34,6 +34,12 @@ pub struct MeshParts {
     pub face_objects: Vec<u32>,
     /// Names of the objects (or groups).
     pub object_names: Vec<String>,
+    /// The material of each face: its place in `material_names`, counted from 1, or 0 for none; empty if no face has one.
+    pub face_materials: Vec<u32>,
+    /// Names of materials.
+    pub material_names: Vec<String>,
+    /// Names of the files that define them.
+    pub material_libraries: Vec<String>,
 }
 
 /// Why pieces do not make a mesh; faces and corners are counted from 0.
@@ -77,6 +83,24 @@ pub enum MeshError {
         /// How many there are.
         count: usize,
     },
+    /// A face has a material that has no name.
+    #[error("face {face} has material {material}, but there are {count}")]
+    UnknownMaterial {
+        /// Index of the face.
+        face: usize,
+        /// The material given, counted from 1.
+        material: u32,
+        /// How many there are.
+        count: usize,
+    },
+    /// There are materials for more or fewer faces than there are.
+    #[error("{materials} materials for {faces} faces")]
+    MaterialCount {
+        /// Materials given.
+        materials: usize,
+        /// Number of faces.
+        faces: usize,
+    },
     /// The arrays do not fit together in length.
     #[error(
         "{corners} corners and {objects} object indices for faces with {expected} corners in {faces} faces"
@@ -114,6 +138,10 @@ pub struct PolygonMesh {
     face_starts: Vec<u32>,
     face_objects: Vec<u32>,
     object_names: Vec<String>,
+    /// See [`MeshParts`].
+    face_materials: Vec<u32>,
+    material_names: Vec<String>,
+    material_libraries: Vec<String>,
 }
 
 /// One face of a [`PolygonMesh`].
@@ -157,6 +185,9 @@ impl PolygonMesh {
             face_starts,
             face_objects: parts.face_objects,
             object_names: parts.object_names,
+            face_materials: parts.face_materials,
+            material_names: parts.material_names,
+            material_libraries: parts.material_libraries,
         })
     }
 
@@ -182,6 +213,18 @@ impl PolygonMesh {
     #[must_use]
     pub fn object_names(&self) -> &[String] {
         &self.object_names
+    }
+
+    /// Names of the materials that the file uses, in the order of their first use.
+    #[must_use]
+    pub fn material_names(&self) -> &[String] {
+        &self.material_names
+    }
+
+    /// Names of the files that define the materials, as the mesh's file gives them.
+    #[must_use]
+    pub fn material_libraries(&self) -> &[String] {
+        &self.material_libraries
     }
 
     /// Number of faces.
@@ -267,6 +310,12 @@ impl<'a> Face<'a> {
         self.mesh.face_objects[self.index as usize]
     }
 
+    /// Index of the face's material in [`PolygonMesh::material_names`], if it has one.
+    #[must_use]
+    pub fn material(&self) -> Option<u32> {
+        self.mesh.face_materials.get(self.index as usize)?.checked_sub(1)
+    }
+
     /// Number of corners, at least 3.
     #[must_use]
     pub fn arity(&self) -> usize {
@@ -327,6 +376,15 @@ fn check_faces(parts: &MeshParts) -> Result<(), MeshError> {
         let object = parts.face_objects[face];
         return Err(MeshError::UnknownObject { face, object, count });
     }
+    let (materials, faces) = (parts.face_materials.len(), parts.arities.len());
+    if materials != 0 && materials != faces {
+        return Err(MeshError::MaterialCount { materials, faces });
+    }
+    let count = parts.material_names.len();
+    if let Some(face) = parts.face_materials.iter().position(|&material| material as usize > count) {
+        let material = parts.face_materials[face];
+        return Err(MeshError::UnknownMaterial { face, material, count });
+    }
     for (corner, refs) in parts.corners.iter().enumerate() {
         let indices = [
             ("position", Some(refs.position), parts.positions.len()),
@@ -379,7 +437,9 @@ mod tests {
     #[test]
     fn faulty_parts_are_refused() {
         type Spoil = fn(&mut MeshParts);
-        let cases: [(Spoil, &str); 7] = [
+        let cases: [(Spoil, &str); 9] = [
+            (|p| p.face_materials = vec![0], "1 materials for 2 faces"),
+            (|p| p.face_materials = vec![0, 1], "face 1 has material 1, but there are 0"),
             (|p| p.positions[2].y = f64::NAN, "position 2 is not finite"),
             (|p| p.uvs[0].x = f64::INFINITY, "uv 0 is not finite"),
             (|p| p.arities = vec![2, 5], "face 0 has 2 corners, at least 3 are needed"),

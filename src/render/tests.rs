@@ -8,6 +8,7 @@ use glam::{DAffine3, DVec3};
 use super::*;
 use crate::film::{Aov, Filter};
 use crate::identity::PictureIdentity;
+use crate::shade::ObjectMaterials;
 use crate::shade::light::{AreaLight, AreaShape, ConstantLight, PointLight};
 use crate::shade::material::DiffuseSource;
 use crate::shade::testing::{Shape, Shapes};
@@ -86,8 +87,9 @@ impl Setup {
     }
 }
 
-fn prepared(materials: &[Material]) -> Vec<PreparedMaterial> {
-    materials.iter().map(|material| PreparedMaterial::try_new(material).unwrap()).collect()
+fn prepared(materials: &[Material]) -> Vec<ObjectMaterials> {
+    let prepare = |material: &Material| PreparedMaterial::try_new(material).unwrap();
+    materials.iter().map(|material| ObjectMaterials::uniform(material.clone(), prepare(material))).collect()
 }
 
 fn grey(reflectance: f64) -> Material {

@@ -9,13 +9,15 @@ use crate::math::bounds;
 use crate::model::{ObjectReport, ObjectTimes};
 use crate::patch::BuildTimes;
 use crate::shade::{
-    CameraSettings, Light, LightSet, Material, MaterialError, PreparedMaterial, ShadingScene,
+    CameraSettings, Light, LightSet, Material, MaterialError, ObjectMaterials, PreparedMaterial, ShadingScene,
 };
 use crate::trace::{TracedObject, TracedScene};
 
 use super::description::{ObjectDescription, SceneDescription};
 use super::diagnostic::{Diagnostic, SceneError};
+use super::face_materials::FaceMaterials;
 use super::first_view::{framing_camera, key_and_sky};
+use super::object::ObjectParts;
 
 /// A scene ready to trace and render.
 #[derive(Debug)]
@@ -24,8 +26,8 @@ pub struct BuiltScene {
     pub traced: TracedScene,
     /// What is known of each object besides its patches.
     pub objects: Vec<ObjectReport>,
-    /// The material of each object.
-    pub materials: Vec<PreparedMaterial>,
+    /// The materials of each object.
+    pub materials: Vec<ObjectMaterials>,
     /// The lights.
     pub lights: LightSet,
     /// What the lights are made of, in the scene file's order.
@@ -72,12 +74,14 @@ impl SceneDescription {
         let made: Vec<_> = self.objects.par_iter().map(|object| object.build(self)).collect();
         let mut diagnostics = Vec::new();
         let mut surfaces = Vec::new();
+        let mut by_face = Vec::new();
         let mut objects = Vec::new();
         let mut traced = Vec::new();
         let mut times = SceneTimes::default();
         for object in made {
             match object {
-                Ok((surface, built)) => {
+                Ok(ObjectParts { surface, built, materials }) => {
+                    by_face.push(materials);
                     times.add(&built.report.times);
                     surfaces.push(surface);
                     objects.push(built.report);
@@ -86,7 +90,7 @@ impl SceneDescription {
                 Err(mut faults) => diagnostics.append(&mut faults),
             }
         }
-        let materials = self.prepare_materials(&mut diagnostics);
+        let materials = self.prepare_materials(by_face, &mut diagnostics);
         let named_lights = read_lights(self, &mut diagnostics);
         if !diagnostics.is_empty() {
             return Err(SceneError { diagnostics });
@@ -108,8 +112,12 @@ impl SceneDescription {
         Ok(BuiltScene { traced, objects, materials, lights, light_settings, camera, times })
     }
 
-    /// The material of each object; pictures are read once for each material that the scene lists.
-    fn prepare_materials(&self, diagnostics: &mut Vec<Diagnostic>) -> Vec<PreparedMaterial> {
+    /// The materials of each object; pictures are read once for each material that the scene lists.
+    fn prepare_materials(
+        &self,
+        by_face: Vec<Option<FaceMaterials>>,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Vec<ObjectMaterials> {
         let prepared: Vec<Result<PreparedMaterial, MaterialError>> = self
             .materials
             .par_iter()
@@ -130,11 +138,41 @@ impl SceneDescription {
             return Vec::new();
         }
         let default = PreparedMaterial::try_new(&Material::default());
-        let of_object = |object: &ObjectDescription| match object.material {
-            Some(index) => materials.get(index).cloned(),
-            None => default.as_ref().ok().cloned(),
+        let mut of_object = |(object, by_face): (&ObjectDescription, Option<FaceMaterials>)| {
+            if let Some(by_face) = by_face {
+                return self.prepare_by_face(object, by_face, diagnostics);
+            }
+            let prepared = match object.material {
+                Some(index) => materials.get(index).cloned(),
+                None => default.as_ref().ok().cloned(),
+            };
+            Some(ObjectMaterials::uniform(self.material_of(object), prepared?))
         };
-        self.objects.iter().filter_map(of_object).collect()
+        // objects with faults are missing, and then nothing is made of this
+        self.objects.iter().zip(by_face).filter_map(&mut of_object).collect()
+    }
+
+    fn prepare_by_face(
+        &self,
+        object: &ObjectDescription,
+        FaceMaterials { materials, of_face }: FaceMaterials,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<ObjectMaterials> {
+        let mut prepared = Vec::with_capacity(materials.len());
+        for material in materials {
+            match PreparedMaterial::try_new_within(&material, self.pictures) {
+                Ok(made) => prepared.push((material, made)),
+                Err(error) => {
+                    diagnostics.push(Diagnostic {
+                        file: self.path.clone(),
+                        location: Some(object.shape.location()),
+                        message: format!("object {:?}: materials of its mesh: {error}", object.name.value),
+                    });
+                    return None;
+                }
+            }
+        }
+        Some(ObjectMaterials::by_face(prepared, of_face))
     }
 }
 

@@ -93,6 +93,8 @@ pub struct ObjectDescription {
     pub shape: ObjectShape,
     /// Index into the scene's materials; if none, the default material.
     pub material: Option<usize>,
+    /// Materials for names that the mesh's file gives, by index, where the object has no material of its own.
+    pub materials: Vec<(Located<String>, usize)>,
     /// Places the mesh in the world before it is deformed; invertible.
     pub transform: DAffine3,
     /// Whether shading uses the mesh's normals, carried along by the deformation, instead of the surface's own.

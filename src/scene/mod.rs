@@ -3,6 +3,7 @@
 mod build;
 mod description;
 mod diagnostic;
+mod face_materials;
 mod film_area;
 mod first_view;
 mod lattice_file;

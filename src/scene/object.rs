@@ -9,6 +9,7 @@ use super::description::{
     DeformDescription, DragPlaces, EditDescription, ObjectDescription, ObjectShape, SceneDescription,
 };
 use super::diagnostic::{Diagnostic, Located, Location};
+use super::face_materials::{FaceMaterials, face_materials};
 use super::lattice_file::read_lattice;
 use crate::mesh::{LoadError, MeshNotes, load_mesh};
 use crate::model::{
@@ -18,18 +19,28 @@ use crate::model::{
 use crate::shade::Camera;
 use crate::trace::Ray;
 
+/// What an object's description becomes.
+#[derive(Debug)]
+pub(super) struct ObjectParts {
+    /// A surface, for what can only be asked of the whole scene.
+    pub(super) surface: Option<Object>,
+    pub(super) built: BuiltObject,
+    /// If there is not one for all faces.
+    pub(super) materials: Option<FaceMaterials>,
+}
+
 impl ObjectDescription {
-    /// Reads the files that the object names and builds it. A surface comes along, for what can only be asked of the whole
-    /// scene.
+    /// Reads the files that the object names and builds it.
     ///
     /// # Errors
     /// All faults of the mesh's file, or the first of anything else.
-    pub(super) fn build(
-        &self,
-        scene: &SceneDescription,
-    ) -> Result<(Option<Object>, BuiltObject), Vec<Diagnostic>> {
+    pub(super) fn build(&self, scene: &SceneDescription) -> Result<ObjectParts, Vec<Diagnostic>> {
         let started = Instant::now();
         let (shape, file_notes) = self.read_shape(scene)?;
+        let (materials, notes) = match (&shape, self.shape.mesh()) {
+            (Shape::Polygons(mesh), Some(path)) => face_materials(scene, self, (mesh, path))?,
+            _ => (None, Vec::new()),
+        };
         let load = started.elapsed();
         let deformers = self.deform.iter().map(|deform| deform.value.read(scene));
         let object = Object {
@@ -50,7 +61,8 @@ impl ObjectDescription {
         let mut built = object.build().map_err(|error| vec![self.diagnostic(scene, &error)])?;
         built.report.times.load += load;
         built.report.notes = file_notes.merged(built.report.notes);
-        Ok((object.shape.has_parameters().then_some(object), built))
+        built.report.warnings.extend(notes);
+        Ok(ObjectParts { surface: object.shape.has_parameters().then_some(object), built, materials })
     }
 
     fn read_shape(&self, scene: &SceneDescription) -> Result<(Shape, MeshNotes), Vec<Diagnostic>> {

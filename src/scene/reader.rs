@@ -301,6 +301,19 @@ impl<'a> Table<'a> {
         self.value(key).is_some()
     }
 
+    /// All keys, in the order of the file.
+    pub(super) fn keys(&self) -> Vec<Located<String>> {
+        let mut keys: Vec<_> = self.entries.iter().map(|(key, _)| key).collect();
+        keys.sort_by_key(|key| key.span().start);
+        let source = self.faults.source;
+        keys.into_iter()
+            .map(|key| Located {
+                value: key.get_ref().to_string(),
+                location: source.locate(key.span().start),
+            })
+            .collect()
+    }
+
     pub(super) fn value(&self, key: &str) -> Option<Value<'a>> {
         let faults = self.faults;
         self.entries.get(key).map(|node| Value { node, faults })

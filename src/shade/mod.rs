@@ -18,7 +18,10 @@ mod warp;
 
 pub use camera::{Camera, CameraError, CameraSettings, FovAxis, Projection, ThinLens};
 pub use light::{Light, LightError, LightHit, LightSample, LightSet};
-pub use material::{Material, MaterialError, MicrofacetDistribution, PreparedMaterial};
+pub use material::{
+    DiffuseSource, Material, MaterialError, MicrofacetDistribution, ObjectMaterials, PreparedMaterial,
+    PrincipledInterface, PrincipledSource,
+};
 pub use parameters::{Parameter, ParameterSource, Parameters, PictureSource, TextureRange};
 pub use path::{PathBuffers, PathIntegrator, PathStart};
 pub use sampler::{Sampler, SamplerKind};

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::light::{LightHit, LightSample, LightSet};
-use super::material::PreparedMaterial;
+use super::material::{ObjectMaterials, PreparedMaterial};
 use super::spawn::{BOUNDS_AWAY, spawn_shadow_ray};
 use super::statistics::RenderStatistics;
 use crate::trace::{Geometry, Ray, RayTracer, SurfaceInteraction, TraceStatistics};
@@ -13,8 +13,8 @@ use crate::trace::{Geometry, Ray, RayTracer, SurfaceInteraction, TraceStatistics
 pub struct ShadingScene<'a, G> {
     /// The surfaces.
     pub geometry: &'a G,
-    /// The material of each object, by the object's index.
-    pub object_materials: &'a [PreparedMaterial],
+    /// The materials of each object, by the object's index.
+    pub object_materials: &'a [ObjectMaterials],
     /// The lights.
     pub lights: &'a LightSet,
 }
@@ -115,10 +115,10 @@ impl<G: Geometry> ShadingScene<'_, G> {
     /// The material of the surface hit.
     ///
     /// # Panics
-    /// If the object has no material: `object_materials` must have one for each object.
+    /// If the object has no material: `object_materials` must have some for each object.
     #[must_use]
     pub fn material(&self, hit: &SurfaceInteraction) -> &PreparedMaterial {
-        &self.object_materials[hit.object as usize]
+        self.object_materials[hit.object as usize].at(hit.face)
     }
 }
 

@@ -62,6 +62,21 @@ pub struct BitmapSource {
     pub to_uv: DAffine2,
 }
 
+impl BitmapSource {
+    /// The colours of a picture, repeated, as they are where nothing else is asked for.
+    #[must_use]
+    pub fn new(path: PathBuf) -> Self {
+        Self {
+            path,
+            channel: None,
+            filter: TextureFilter::default(),
+            wrap: TextureWrap::default(),
+            raw: false,
+            to_uv: DAffine2::IDENTITY,
+        }
+    }
+}
+
 /// What a texture is between the centres of its pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum TextureFilter {

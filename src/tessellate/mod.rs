@@ -49,6 +49,8 @@ pub struct Tessellation {
     pub normals: Vec<DVec3>,
     /// Indices of the vertices, counter-clockwise seen from the side of the input faces' winding.
     pub triangles: Vec<[u32; 3]>,
+    /// The input face of each triangle.
+    pub faces: Vec<u32>,
     /// Greatest distance found between the triangles and the exact surface, at points all over the triangles: with texture
     /// coordinates between points of the same ones, else from the surface wherever it is nearest.
     pub deviation: f64,
@@ -152,6 +154,7 @@ fn finished(object: &TracedObject, refinement: &Refinement<'_>, deviation: f64) 
     made.triangles.reserve(mesh.triangles.len());
     // at a pole triangles have a side that is a point
     for triangle in mesh.triangles.iter().filter(|triangle| triangle.has_sides()) {
+        made.faces.push(mesh.parts[triangle.part as usize].face);
         made.triangles.push([0, 1, 2].map(|corner| {
             let (vertex, st) = (triangle.vertices[corner], triangle.st[corner]);
             let uv = if has_uvs { uv_at(triangle.part, st) } else { DVec2::ZERO };

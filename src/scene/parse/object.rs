@@ -23,10 +23,21 @@ pub(super) fn read_all(tables: Vec<Table<'_>>, materials: &Materials) -> Vec<Obj
 }
 
 fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Option<ObjectDescription> {
-    table.check_keys(&["name", "mesh", "surface", "material", "transform", "normals", "method", "deform"]);
+    table.check_keys(&[
+        "name",
+        "mesh",
+        "surface",
+        "material",
+        "materials",
+        "transform",
+        "normals",
+        "method",
+        "deform",
+    ]);
     let name = names.read(&table);
     let shape = read_shape(&table);
     let material = read_material(&table, materials);
+    let by_name = read_materials(&table, materials);
     let transform = transform::read(&table, "transform");
     let normals = table.name_index("normals", "normals", &["face", "vertex"]);
     let method = table
@@ -43,6 +54,7 @@ fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Optio
         name: name?,
         shape: shape?,
         material,
+        materials: by_name,
         transform: transform?,
         vertex_normals: normals == Some(1),
         method: method.unwrap_or_default(),
@@ -69,10 +81,32 @@ fn read_shape(table: &Table<'_>) -> Option<ObjectShape> {
     Some(ObjectShape::Surface(Located { value: surface, location }))
 }
 
+/// Materials for names of the mesh's file.
+fn read_materials(table: &Table<'_>, materials: &Materials) -> Vec<(Located<String>, usize)> {
+    let Some(inner) = table.table("materials", "[object.materials]") else { return Vec::new() };
+    let refused = match () {
+        () if table.has("material") => Some("an object has either a material or materials by name, not both"),
+        () if table.has("surface") => Some("materials by name are for meshes, whose files have names"),
+        () => None,
+    };
+    if let Some(message) = refused {
+        table.report_key("materials", message.to_owned());
+        return Vec::new();
+    }
+    let keys = inner.keys();
+    let read = |name: Located<String>| Some((read_named(&inner, &name.value, materials)?, name));
+    keys.into_iter().filter_map(read).map(|(index, name)| (name, index)).collect()
+}
+
 /// Index of the object's material.
 fn read_material(table: &Table<'_>, materials: &Materials) -> Option<usize> {
+    read_named(table, "material", materials)
+}
+
+/// Index of the material that a key names.
+fn read_named(table: &Table<'_>, key: &str, materials: &Materials) -> Option<usize> {
     let expected = "the name of a [[material]]";
-    let name = table.optional("material", expected, Value::text)?;
+    let name = table.optional(key, expected, Value::text)?;
     let index = materials.names.iter().position(|known| known == name);
     if index.is_none() {
         let known: Vec<&str> = materials.names.iter().map(String::as_str).collect();
@@ -82,7 +116,7 @@ fn read_material(table: &Table<'_>, materials: &Materials) -> Option<usize> {
         };
         let suggestion = did_you_mean(name, &known);
         let message = format!("unknown material {} ({list}){suggestion}", quoted(name));
-        table.report_value("material", message);
+        table.report_value(key, message);
     }
     index
 }

@@ -1,0 +1,67 @@
+//! The materials of one object.
+
+use super::Material;
+use super::prepared::PreparedMaterial;
+
+/// The materials of one object: one for all of it, or one for each face of its mesh.
+#[derive(Clone, Debug)]
+pub struct ObjectMaterials {
+    settings: Vec<Material>,
+    prepared: Vec<PreparedMaterial>,
+    /// The material of each input face; empty if there is one for all.
+    of_face: Vec<u32>,
+}
+
+impl ObjectMaterials {
+    /// One material for all of an object: what it is made of, and as rays meet it.
+    #[must_use]
+    pub fn uniform(settings: Material, prepared: PreparedMaterial) -> Self {
+        Self { settings: vec![settings], prepared: vec![prepared], of_face: Vec::new() }
+    }
+
+    /// Materials by face: `of_face` has the index of each input face's material.
+    ///
+    /// # Panics
+    /// If there is no material, or a face has one that is not there.
+    #[must_use]
+    pub fn by_face(materials: Vec<(Material, PreparedMaterial)>, of_face: Vec<u32>) -> Self {
+        assert!(!materials.is_empty(), "an object has a material");
+        assert!(
+            of_face.iter().all(|&index| (index as usize) < materials.len()),
+            "each face's material is there"
+        );
+        let (settings, prepared) = materials.into_iter().unzip();
+        Self { settings, prepared, of_face }
+    }
+
+    /// The material of an input face, as rays meet it.
+    #[must_use]
+    #[inline]
+    pub fn at(&self, face: u32) -> &PreparedMaterial {
+        &self.prepared[self.index(face)]
+    }
+
+    /// The index of an input face's material.
+    #[must_use]
+    #[inline]
+    pub fn index(&self, face: u32) -> usize {
+        self.of_face.get(face as usize).map_or(0, |&index| index as usize)
+    }
+
+    /// The material of each input face; empty if there is one for all.
+    #[must_use]
+    pub fn of_face(&self) -> &[u32] {
+        &self.of_face
+    }
+
+    /// All materials: what they are made of, and as rays meet them.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = (&Material, &PreparedMaterial)> {
+        self.settings.iter().zip(&self.prepared)
+    }
+
+    /// What the one material is made of, if there is one for all.
+    #[must_use]
+    pub fn only(&self) -> Option<&Material> {
+        self.of_face.is_empty().then(|| &self.settings[0])
+    }
+}
