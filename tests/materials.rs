@@ -83,11 +83,11 @@ fn what_a_library_lacks_is_told() {
 fn wrong_names_are_refused() {
     folder("materials = { red = \"clay\" }\n").refuse(
         &["info", "squares.toml"],
-        &["squares.toml:7:", "has no material \"red\" (it has: red clay, shiny)"],
+        &["squares.toml:8:", "has no material \"red\" (it has: red clay, shiny)"],
     );
     folder("materials = { shiny = \"cly\" }\n").refuse(
         &["info", "squares.toml"],
-        &["squares.toml:7:", "unknown material \"cly\"", "did you mean \"clay\""],
+        &["squares.toml:8:", "unknown material \"cly\"", "did you mean \"clay\""],
     );
     folder("material = \"clay\"\nmaterials = { shiny = \"clay\" }\n")
         .refuse(&["info", "squares.toml"], &["either a material or materials by name"]);

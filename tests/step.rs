@@ -43,7 +43,7 @@ fn what_has_no_step_form_is_refused() {
         (&["--level", "2"], "--level is for triangles"),
         (&["--unit", "furlong"], "furlong"),
         (&["--schema", "ap209"], "ap209"),
-        (&["--tolerance", "-1"], "tolerance"),
+        (&["--tolerance=-1"], "tolerance"),
     ] {
         at.refuse(&[&["export", "scene.toml", "-o", "x.step"], arguments].concat(), &[said]);
     }
