@@ -12,7 +12,7 @@ use crate::patch::Overlap;
 use crate::spline::{KnotBox, KnotVector, SplineVolume};
 
 use super::disc::Disc;
-use super::jet::{Jet, Point};
+use super::jet::Jet;
 use super::number::Number;
 
 /// Most pieces that are told apart in one rectangle.
@@ -24,27 +24,37 @@ pub(super) type Branch = u32;
 /// The answer of a lattice for a place that is outside.
 const OUTSIDE: Branch = 0;
 
+/// A number with its first partial derivatives, as far as they are known, else 0.
+pub(super) type Linear<T> = [T; 3];
+
 /// Answers which piece is meant.
+///
+/// Not generic over the order of derivatives: so formulas are compiled once for all that answer.
 pub(super) trait SelectBranch<T> {
     /// The knot box of a place; `None` outside the lattice.
-    fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<T, N>) -> Option<KnotBox>;
+    fn knot_box(&mut self, volume: &SplineVolume, place: &[Linear<T>; 3]) -> Option<KnotBox>;
 
     /// Whether x >= 0.
-    fn is_positive<const N: usize>(&mut self, x: &Jet<T, N>) -> bool;
+    fn is_positive(&mut self, x: Linear<T>) -> bool;
 
-    /// The bound of a region where it is not above 0, else nothing. `bound` asks for so many signs itself, before.
-    fn region<const N: usize>(
-        &mut self,
-        _questions: usize,
-        bound: impl FnOnce(&mut Self) -> Jet<T, N>,
-    ) -> Option<Jet<T, N>>
-    where
-        T: Number,
-        Self: Sized,
-    {
-        let bound = bound(self);
-        self.is_positive(&bound.scale(-1.0)).then_some(bound)
+    /// Passes over the signs that a region asks for, its own and those of its bound before, if it is known that the place is
+    /// outside; else does nothing.
+    fn passes_over(&mut self, _sign_queries: usize) -> bool {
+        false
     }
+}
+
+/// The bound of a region where it is not above 0, else nothing. `bound` asks for so many signs itself, before.
+pub(super) fn inside_region<T: Number, const N: usize>(
+    select: &mut dyn SelectBranch<T>,
+    sign_queries: usize,
+    bound: impl FnOnce(&mut dyn SelectBranch<T>) -> Jet<T, N>,
+) -> Option<Jet<T, N>> {
+    if select.passes_over(sign_queries) {
+        return None;
+    }
+    let bound = bound(select);
+    select.is_positive(bound.scale(-1.0).to_linear()).then_some(bound)
 }
 
 fn number(volume: &SplineVolume, knot_box: Option<KnotBox>) -> Branch {
@@ -80,17 +90,17 @@ fn interval(knots: &KnotVector, index: usize, border: f64) -> [f64; 2] {
 pub(super) struct ByValue;
 
 impl SelectBranch<f64> for ByValue {
-    fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<f64, N>) -> Option<KnotBox> {
+    fn knot_box(&mut self, volume: &SplineVolume, place: &[Linear<f64>; 3]) -> Option<KnotBox> {
         let [low, high] = volume.bounds();
-        let place = DVec3::from_array(place.each_ref().map(Jet::value));
+        let place = DVec3::from_array(place.map(|[value, ..]| value));
         let inside = place.clamp(low, high);
         // so written, NaN is outside
         let is_near = (place - inside).abs().cmple(DVec3::splat(border(volume))).all();
         if is_near { volume.knot_box(inside) } else { None }
     }
 
-    fn is_positive<const N: usize>(&mut self, x: &Jet<f64, N>) -> bool {
-        x.value() >= 0.0
+    fn is_positive(&mut self, x: Linear<f64>) -> bool {
+        x[0] >= 0.0
     }
 }
 
@@ -116,45 +126,33 @@ impl BranchList<'_> {
 }
 
 impl<T> SelectBranch<T> for BranchList<'_> {
-    fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, _place: &Point<T, N>) -> Option<KnotBox> {
+    fn knot_box(&mut self, volume: &SplineVolume, _place: &[Linear<T>; 3]) -> Option<KnotBox> {
         knot_box(volume, self.next())
     }
 
-    fn is_positive<const N: usize>(&mut self, _x: &Jet<T, N>) -> bool {
+    fn is_positive(&mut self, _x: Linear<T>) -> bool {
         self.next() == 1
     }
 
-    fn region<const N: usize>(
-        &mut self,
-        sign_queries: usize,
-        bound: impl FnOnce(&mut Self) -> Jet<T, N>,
-    ) -> Option<Jet<T, N>>
-    where
-        T: Number,
-    {
-        if self.skips(sign_queries) {
-            return None;
-        }
-        let bound = bound(self);
-        <Self as SelectBranch<T>>::is_positive(self, &bound.scale(-1.0)).then_some(bound)
+    fn passes_over(&mut self, sign_queries: usize) -> bool {
+        self.skips(sign_queries)
     }
 }
 
 /// As another, keeping the knot boxes.
-#[derive(Debug)]
-pub(super) struct Recorded<'a, C> {
-    pub(super) choose: &'a mut C,
+pub(super) struct Recorded<'a, T> {
+    pub(super) choose: &'a mut dyn SelectBranch<T>,
     pub(super) knot_boxes: Vec<Option<KnotBox>>,
 }
 
-impl<T, C: SelectBranch<T>> SelectBranch<T> for Recorded<'_, C> {
-    fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<T, N>) -> Option<KnotBox> {
+impl<T> SelectBranch<T> for Recorded<'_, T> {
+    fn knot_box(&mut self, volume: &SplineVolume, place: &[Linear<T>; 3]) -> Option<KnotBox> {
         let knot_box = self.choose.knot_box(volume, place);
         self.knot_boxes.push(knot_box);
         knot_box
     }
 
-    fn is_positive<const N: usize>(&mut self, x: &Jet<T, N>) -> bool {
+    fn is_positive(&mut self, x: Linear<T>) -> bool {
         self.choose.is_positive(x)
     }
 }
@@ -179,20 +177,19 @@ impl Margins<'_> {
     }
 
     /// How far x may be from its value for the error of the parameters and of its own rounding.
-    fn slack<const N: usize>(&self, x: &Jet<f64, N>) -> f64 {
-        let slopes =
-            x.coefficients.iter().skip(1).zip(self.tolerance).map(|(slope, error)| slope.abs() * error);
-        slopes.sum::<f64>() + 8.0 * f64::EPSILON * x.value().abs().max(1.0)
+    fn slack(&self, [value, slopes @ ..]: Linear<f64>) -> f64 {
+        let slopes = slopes.iter().zip(self.tolerance).map(|(slope, error)| slope.abs() * error);
+        slopes.sum::<f64>() + 8.0 * f64::EPSILON * value.abs().max(1.0)
     }
 }
 
 /// How far x is inside an interval.
-fn depth<const N: usize>(x: &Jet<f64, N>, [low, high]: [f64; 2]) -> f64 {
-    (x.value() - low).min(high - x.value())
+fn depth([x, ..]: Linear<f64>, [low, high]: [f64; 2]) -> f64 {
+    (x - low).min(high - x)
 }
 
 impl SelectBranch<f64> for Margins<'_> {
-    fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<f64, N>) -> Option<KnotBox> {
+    fn knot_box(&mut self, volume: &SplineVolume, place: &[Linear<f64>; 3]) -> Option<KnotBox> {
         let chosen = knot_box(volume, self.list.next());
         if self.is_open() {
             let border = border(volume);
@@ -200,9 +197,9 @@ impl SelectBranch<f64> for Margins<'_> {
                 Some(knot_box) => {
                     for axis in 0..3 {
                         let depth =
-                            depth(&place[axis], interval(&volume.axes()[axis], knot_box[axis], border));
+                            depth(place[axis], interval(&volume.axes()[axis], knot_box[axis], border));
                         // so written, NaN is outside
-                        self.inside &= depth + self.slack(&place[axis]) >= 0.0;
+                        self.inside &= depth + self.slack(place[axis]) >= 0.0;
                         self.strictly &= depth >= 0.0;
                     }
                 }
@@ -210,7 +207,7 @@ impl SelectBranch<f64> for Margins<'_> {
                     let [low, high] = volume.bounds();
                     let outside = (0..3).any(|axis| {
                         let ends = [low[axis] - border, high[axis] + border];
-                        depth(&place[axis], ends) < self.slack(&place[axis])
+                        depth(place[axis], ends) < self.slack(place[axis])
                     });
                     self.inside &= outside;
                     self.strictly &= outside;
@@ -220,28 +217,23 @@ impl SelectBranch<f64> for Margins<'_> {
         chosen
     }
 
-    fn is_positive<const N: usize>(&mut self, x: &Jet<f64, N>) -> bool {
+    fn is_positive(&mut self, x: Linear<f64>) -> bool {
         let positive = self.list.next() == 1;
         if self.is_open() {
-            let inward = if positive { x.value() } else { -x.value() };
+            let inward = if positive { x[0] } else { -x[0] };
             self.inside &= inward + self.slack(x) >= 0.0;
             self.strictly &= inward >= 0.0;
         }
         positive
     }
 
-    fn region<const N: usize>(
-        &mut self,
-        sign_queries: usize,
-        bound: impl FnOnce(&mut Self) -> Jet<f64, N>,
-    ) -> Option<Jet<f64, N>> {
+    fn passes_over(&mut self, sign_queries: usize) -> bool {
         let open = self.open.as_slice().get(..=sign_queries).is_none_or(|open| open.contains(&true));
-        if !open && self.list.skips(sign_queries) {
+        let passes = !open && self.list.skips(sign_queries);
+        if passes {
             self.open.nth(sign_queries);
-            return None;
         }
-        let bound = bound(self);
-        self.is_positive(&bound.scale(-1.0)).then_some(bound)
+        passes
     }
 }
 
@@ -290,10 +282,10 @@ impl Possible {
 }
 
 impl SelectBranch<Disc> for Possible {
-    fn knot_box<const N: usize>(&mut self, volume: &SplineVolume, place: &Point<Disc, N>) -> Option<KnotBox> {
+    fn knot_box(&mut self, volume: &SplineVolume, place: &[Linear<Disc>; 3]) -> Option<KnotBox> {
         let chosen = self.answer(true, || {
             let ranges: [_; 3] =
-                std::array::from_fn(|axis| range(&volume.axes()[axis], border(volume), place[axis].value()));
+                std::array::from_fn(|axis| range(&volume.axes()[axis], border(volume), place[axis][0]));
             let mut all = Vec::new();
             for i in ranges[0].0.clone() {
                 for j in ranges[1].0.clone() {
@@ -313,8 +305,8 @@ impl SelectBranch<Disc> for Possible {
         knot_box(volume, chosen)
     }
 
-    fn is_positive<const N: usize>(&mut self, x: &Jet<Disc, N>) -> bool {
-        let (centre, radius) = (x.value().centre(), x.value().reach()[0]);
+    fn is_positive(&mut self, x: Linear<Disc>) -> bool {
+        let (centre, radius) = (x[0].centre(), x[0].reach()[0]);
         let chosen = self.answer(false, || {
             if centre >= radius {
                 vec![1]

@@ -61,7 +61,7 @@ impl Formula {
         &self,
         [s, t]: [T; 2],
         steps: usize,
-        choose: &mut impl SelectBranch<T>,
+        choose: &mut dyn SelectBranch<T>,
     ) -> Point<T, N> {
         let (s, t) = (Jet::linear(s, [1.0, 0.0]), Jet::linear(t, [0.0, 1.0]));
         let mut point = on_patch(&self.base, &[s, t]);
@@ -74,7 +74,7 @@ impl Formula {
     }
 
     /// Point and partial derivatives.
-    pub(super) fn eval(&self, st: DVec2, choose: &mut impl SelectBranch<f64>) -> PatchPoint {
+    pub(super) fn eval(&self, st: DVec2, choose: &mut dyn SelectBranch<f64>) -> PatchPoint {
         let (st, steps) = (st.to_array(), self.steps());
         match self.chain.fields {
             0 => patch_point(&self.at::<_, 3>(st, steps, choose)),
@@ -85,12 +85,12 @@ impl Formula {
     }
 
     /// Asks for all pieces; derivatives of places are missing what fields take, those of parameters are not.
-    pub(super) fn ask(&self, st: DVec2, choose: &mut impl SelectBranch<f64>) {
+    pub(super) fn ask(&self, st: DVec2, choose: &mut dyn SelectBranch<f64>) {
         self.at::<_, 3>(st.to_array(), self.steps(), choose);
     }
 
     /// The point.
-    pub(super) fn position(&self, st: DVec2, choose: &mut impl SelectBranch<f64>) -> DVec3 {
+    pub(super) fn position(&self, st: DVec2, choose: &mut dyn SelectBranch<f64>) -> DVec3 {
         DVec3::from_array(self.range(st.to_array(), choose))
     }
 
@@ -100,11 +100,11 @@ impl Formula {
     }
 
     /// The number or set of each coordinate.
-    pub(super) fn range<T: Number>(&self, st: [T; 2], choose: &mut impl SelectBranch<T>) -> [T; 3] {
+    pub(super) fn range<T: Number>(&self, st: [T; 2], choose: &mut dyn SelectBranch<T>) -> [T; 3] {
         self.values(st, self.steps(), choose)
     }
 
-    fn values<T: Number>(&self, st: [T; 2], steps: usize, choose: &mut impl SelectBranch<T>) -> [T; 3] {
+    fn values<T: Number>(&self, st: [T; 2], steps: usize, choose: &mut dyn SelectBranch<T>) -> [T; 3] {
         match self.chain.fields {
             0 => self.at::<_, 1>(st, steps, choose).map(|x| x.value()),
             1 => self.at::<_, 3>(st, steps, choose).map(|x| x.value()),
@@ -128,7 +128,7 @@ impl Formula {
     /// The knot boxes that a point is in, by step; `None` outside a volume.
     pub(super) fn knot_boxes(
         &self,
-        choose: &mut impl SelectBranch<f64>,
+        choose: &mut dyn SelectBranch<f64>,
         st: DVec2,
     ) -> Vec<(usize, Option<KnotBox>)> {
         let mut recorded = Recorded { choose, knot_boxes: Vec::new() };

@@ -37,7 +37,7 @@ impl Expression {
     pub(super) fn at<T: Number, const N: usize>(
         &self,
         uv: &[Jet<T, N>; 2],
-        choose: &mut impl SelectBranch<T>,
+        choose: &mut dyn SelectBranch<T>,
     ) -> Jet<T, N> {
         self.program.run(uv, choose)
     }

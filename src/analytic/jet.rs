@@ -49,6 +49,11 @@ impl<T: Number, const N: usize> Jet<T, N> {
         jet
     }
 
+    /// The value and the first partial derivatives.
+    pub(super) fn to_linear(self) -> [T; 3] {
+        std::array::from_fn(|k| self.coefficients.get(k).copied().unwrap_or_else(|| T::constant(0.0)))
+    }
+
     pub(super) fn value(&self) -> T {
         self.coefficients[0]
     }

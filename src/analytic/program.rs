@@ -58,7 +58,7 @@ impl Program {
     pub(super) fn run<T: Number, const N: usize>(
         &self,
         uv: &[Jet<T, N>; 2],
-        choose: &mut impl SelectBranch<T>,
+        choose: &mut dyn SelectBranch<T>,
     ) -> Jet<T, N> {
         let nothing = Jet::constant(T::constant(0.0));
         if self.height <= SMALL {
@@ -72,7 +72,7 @@ impl Program {
         &self,
         stack: &mut [Jet<T, N>],
         uv: &[Jet<T, N>; 2],
-        choose: &mut impl SelectBranch<T>,
+        choose: &mut dyn SelectBranch<T>,
     ) -> Jet<T, N> {
         let mut height = 0;
         for operation in &self.operations {
@@ -146,7 +146,7 @@ fn append_both([a, b]: &[Node; 2], operations: &mut Vec<Operation>) -> usize {
 fn call<T: Number, const N: usize>(
     function: Function,
     x: &Jet<T, N>,
-    choose: &mut impl SelectBranch<T>,
+    choose: &mut dyn SelectBranch<T>,
 ) -> Jet<T, N> {
     match function {
         Function::Sin => x.sin(),
@@ -159,7 +159,7 @@ fn call<T: Number, const N: usize>(
         Function::Ln => x.ln(),
         Function::Sqrt => x.power(0.5),
         Function::Abs => {
-            if choose.is_positive(x) {
+            if choose.is_positive(x.to_linear()) {
                 *x
             } else {
                 x.scale(-1.0)

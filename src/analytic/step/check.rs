@@ -93,7 +93,7 @@ fn is_empty(region: &Region, domain: [DVec2; 2]) -> bool {
 
 /// Determinant of the map of space at (u, v): of D1 D2 … in operator mode, 1 + Σ (`E_i` - 1) in radial mode; along a field
 /// there is none, and this is 1.
-fn determinant<T: Number>(extension: &Extension, uv: [T; 2], choose: &mut impl SelectBranch<T>) -> T {
+fn determinant<T: Number>(extension: &Extension, uv: [T; 2], choose: &mut dyn SelectBranch<T>) -> T {
     let uv = uv.map(Jet::<T, 1>::constant);
     let one = T::constant(1.0);
     let mut product = one;

@@ -5,7 +5,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::analytic::branch::SelectBranch;
+use crate::analytic::branch::{SelectBranch, inside_region};
 use crate::analytic::expression::Expression;
 use crate::analytic::jet::{Jet, Point, cross, unit};
 use crate::analytic::number::Number;
@@ -118,7 +118,7 @@ impl Extension {
         &self,
         point: &Point<T, N>,
         uv: &[Jet<T, N>; 2],
-        choose: &mut impl SelectBranch<T>,
+        choose: &mut dyn SelectBranch<T>,
     ) -> Point<T, N> {
         match &self.mode {
             ExtensionMode::Operator { center, axes } => {
@@ -161,7 +161,7 @@ impl Extension {
         point: &Point<T, N>,
         uv: &[Jet<T, N>; 2],
         (center, axes): (DVec3, DMat3),
-        choose: &mut impl SelectBranch<T>,
+        choose: &mut dyn SelectBranch<T>,
     ) -> Point<T, N> {
         let offset: Point<T, N> = std::array::from_fn(|axis| point[axis].plus(-center[axis]));
         let before = transformed(&self.inverse, &offset);
@@ -183,9 +183,9 @@ impl Region {
     pub(super) fn exponent<T: Number, const N: usize>(
         &self,
         uv: &[Jet<T, N>; 2],
-        choose: &mut impl SelectBranch<T>,
+        choose: &mut dyn SelectBranch<T>,
     ) -> Option<Jet<T, N>> {
-        let bound = choose.region(self.bound.sign_queries(), |choose| self.bound.at(uv, choose))?;
+        let bound = inside_region(choose, self.bound.sign_queries(), |choose| self.bound.at(uv, choose))?;
         let power = bound.whole_power(i32::try_from(self.index).unwrap_or(i32::MAX));
         Some(match &self.factor {
             None => power,
@@ -220,7 +220,7 @@ impl Field {
         &self,
         point: &Point<T, N>,
         uv: &[Jet<T, N>; 2],
-        choose: &mut impl SelectBranch<T>,
+        choose: &mut dyn SelectBranch<T>,
     ) -> Point<T, N> {
         match self {
             Self::Normal => {

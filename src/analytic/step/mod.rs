@@ -26,10 +26,10 @@ impl Step {
         &self,
         point: Point<T, N>,
         uv: &[Jet<T, N>; 2],
-        choose: &mut impl SelectBranch<T>,
+        choose: &mut dyn SelectBranch<T>,
     ) -> Point<T, N> {
         match self {
-            Self::Volume(volume) => match choose.knot_box(volume, &point) {
+            Self::Volume(volume) => match choose.knot_box(volume, &point.map(Jet::to_linear)) {
                 Some(knot_box) => deformed(volume, knot_box, &point),
                 None => point,
             },
