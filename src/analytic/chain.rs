@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
+use thiserror::Error;
 
 use crate::patch::{BezierPatch, Chart, PatchPoint};
 use crate::spline::KnotBox;
@@ -19,6 +20,17 @@ pub const MAX_FIELDS: usize = MAX_ORDER - 1;
 /// Roundings that a step's coordinates go through, about.
 const ROUNDINGS: f64 = 16.0;
 
+/// Why deformations make no chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum ChainError {
+    /// Each that follows a normal or tangents takes a derivative of what is before it.
+    #[error("{fields} deformations follow a normal or tangents; {MAX_FIELDS} are the most")]
+    Fields {
+        /// How many there are.
+        fields: usize,
+    },
+}
+
 /// Deformations one after the other.
 #[derive(Clone, Debug, Default)]
 pub struct Chain {
@@ -30,12 +42,11 @@ pub struct Chain {
 impl Chain {
     /// The chain of deformations, in the order they apply.
     ///
-    /// # Panics
+    /// # Errors
     /// If more than [`MAX_FIELDS`] follow a normal or tangents.
-    pub fn new(steps: Vec<Step>) -> Self {
+    pub fn try_new(steps: Vec<Step>) -> Result<Self, ChainError> {
         let fields = steps.iter().filter(|step| step.takes_derivatives()).count();
-        assert!(fields <= MAX_FIELDS, "at most {MAX_FIELDS} deformations follow a normal or tangents");
-        Self { steps, fields }
+        if fields > MAX_FIELDS { Err(ChainError::Fields { fields }) } else { Ok(Self { steps, fields }) }
     }
 
     /// The deformations.

@@ -21,7 +21,7 @@ mod taylor;
 #[cfg(test)]
 mod tests;
 
-pub use chain::{Chain, MAX_FIELDS};
+pub use chain::{Chain, ChainError, MAX_FIELDS};
 pub use cover::{CoverError, CoverSettings, Covered, cover};
 pub use expression::Expression;
 pub use step::*;

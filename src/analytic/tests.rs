@@ -140,7 +140,7 @@ fn operator_frame() -> (DVec3, DMat3) {
 fn operator() -> Step {
     let (center, axes) = operator_frame();
     let regions = vec![region(MIDDLE, 2, H), region(CORNER, 3, H)];
-    Step::Extension(Extension::new(ExtensionMode::Operator { center, axes }, regions))
+    Step::Extension(Extension::try_new(ExtensionMode::Operator { center, axes }, regions).unwrap())
 }
 
 fn plain_operator(point: Point, u: Complex, v: Complex) -> Point {
@@ -184,7 +184,9 @@ fn extensions() -> Vec<Case> {
         Case {
             name: "radial, two centers",
             base: sheet(false),
-            steps: vec![Step::Extension(Extension::new(ExtensionMode::Radial, radial_regions.to_vec()))],
+            steps: vec![Step::Extension(
+                Extension::try_new(ExtensionMode::Radial, radial_regions.to_vec()).unwrap(),
+            )],
             plain: Box::new(move |u, v| {
                 let point = plain_patch(&sheet(false), u, v);
                 let parts = [(disc(u, v, [0.5, 0.5, 0.3]), 0), (disc(u, v, [0.7, 0.6, 0.2]), 1)];
@@ -198,10 +200,13 @@ fn extensions() -> Vec<Case> {
         Case {
             name: "field of expressions, factor",
             base: sheet(true),
-            steps: vec![Step::Extension(Extension::new(
-                ExtensionMode::Field(Field::Expressions(field)),
-                vec![Region { factor, ..region(MIDDLE, 4, diagonal(0.7)) }],
-            ))],
+            steps: vec![Step::Extension(
+                Extension::try_new(
+                    ExtensionMode::Field(Field::Expressions(field)),
+                    vec![Region { factor, ..region(MIDDLE, 4, diagonal(0.7)) }],
+                )
+                .unwrap(),
+            )],
             plain: Box::new(move |u, v| {
                 let along = [u - 0.2, v * u, 1.0 + (3.0 * v).sin()];
                 let length = (along[0] * along[0] + along[1] * along[1] + along[2] * along[2]).sqrt();
@@ -254,7 +259,10 @@ fn unit_frame() -> Frame {
 
 fn covered(base: &BezierPatch, steps: Vec<Step>) -> Vec<Face> {
     let base = Shell::from(vec![Face::untrimmed(Chart::Plane(unit_frame()), base.clone())]);
-    cover(&base, &Arc::new(Chain::new(steps)), CoverSettings::default()).unwrap().shell.into_faces()
+    cover(&base, &Arc::new(Chain::try_new(steps).unwrap()), CoverSettings::default())
+        .unwrap()
+        .shell
+        .into_faces()
 }
 
 fn real(point: Point) -> DVec3 {
@@ -348,10 +356,10 @@ fn fields_of_the_surface_are_its_normal_and_tangents() {
     ] {
         // a normal of a stretched cylinder is radial again
         let step = |h: f64| {
-            Step::Extension(Extension::new(
-                ExtensionMode::Field(field.clone()),
-                vec![region("-1", 2, diagonal(h))],
-            ))
+            Step::Extension(
+                Extension::try_new(ExtensionMode::Field(field.clone()), vec![region("-1", 2, diagonal(h))])
+                    .unwrap(),
+            )
         };
         let patches = covered(&base, vec![step(0.3), step(-0.2)]);
         let sign =
@@ -391,8 +399,9 @@ fn tangents_follow_u_and_v_in_any_frame() {
         [(Field::TangentU, DVec3::X), (Field::TangentV, DVec3::Z), (Field::Normal, DVec3::NEG_Y)]
     {
         let extension =
-            Extension::new(ExtensionMode::Field(field.clone()), vec![region("-1", 2, diagonal(0.5))]);
-        let chain = Arc::new(Chain::new(vec![Step::Extension(extension)]));
+            Extension::try_new(ExtensionMode::Field(field.clone()), vec![region("-1", 2, diagonal(0.5))])
+                .unwrap();
+        let chain = Arc::new(Chain::try_new(vec![Step::Extension(extension)]).unwrap());
         let covered = cover(&Shell::from(vec![base.clone()]), &chain, CoverSettings::default()).unwrap();
         for patch in covered.shell.faces() {
             let st = DVec2::new(0.3, 0.6);
@@ -412,7 +421,7 @@ fn contact_is_of_the_order_of_the_index() {
             ExtensionMode::Radial,
             ExtensionMode::Field(Field::Normal),
         ] {
-            let extension = Extension::new(mode.clone(), vec![region(MIDDLE, n, diagonal(0.8))]);
+            let extension = Extension::try_new(mode.clone(), vec![region(MIDDLE, n, diagonal(0.8))]).unwrap();
             let patches = covered(&base, vec![Step::Extension(extension)]);
             // the displacement at a distance from a place of the bound curve, inwards
             let displacement = |angle: f64, distance: f64| {
@@ -459,7 +468,7 @@ fn numbers_are_the_first_terms_of_higher_orders() {
         let formula = super::chain::Formula {
             base,
             chart: Chart::Plane(unit_frame()),
-            chain: Arc::new(Chain::new(steps)),
+            chain: Arc::new(Chain::try_new(steps).unwrap()),
             done: 0,
         };
         let mut noise = Noise(13);

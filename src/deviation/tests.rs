@@ -186,7 +186,7 @@ fn torn_square() -> Vec<Face> {
     let points: Vec<_> =
         identity.control_points().iter().map(|point| *point - DVec4::new(0.0, 0.0, 1.0, 0.0)).collect();
     let volume = SplineVolume::try_new(identity.axes().clone(), &points).unwrap();
-    let chain = Arc::new(Chain::new(vec![Step::Volume(volume)]));
+    let chain = Arc::new(Chain::try_new(vec![Step::Volume(volume)]).unwrap());
     cover(&Shell::from(vec![base]), &chain, CoverSettings::default()).unwrap().shell.into_faces()
 }
 
@@ -238,7 +238,7 @@ fn torn_paraboloid() -> Shell {
     let points: Vec<_> =
         identity.control_points().iter().map(|point| *point - DVec4::new(0.0, 0.0, 1.0, 0.0)).collect();
     let volume = SplineVolume::try_new(identity.axes().clone(), &points).unwrap();
-    let chain = Arc::new(Chain::new(vec![Step::Volume(volume)]));
+    let chain = Arc::new(Chain::try_new(vec![Step::Volume(volume)]).unwrap());
     cover(&Shell::from(vec![base]), &chain, CoverSettings::default()).unwrap().shell
 }
 

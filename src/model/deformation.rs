@@ -102,7 +102,8 @@ impl PlacedShape<'_> {
             self.check_outside(0, &made)?;
         }
         if done < steps.len() {
-            let chain = Arc::new(Chain::new(steps[done..].to_vec()));
+            let too_many = |_| ModelError::TooManyFields { deformer: steps.len() - 1 };
+            let chain = Arc::new(Chain::try_new(steps[done..].to_vec()).map_err(too_many)?);
             let Covered { shell, knot_boxes } = cover(&made.shell, &chain, settings).map_err(|source| {
                 ModelError::Cover { deformer: source.step().map(|step| step + done), source }
             })?;

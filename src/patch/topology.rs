@@ -459,7 +459,7 @@ mod tests {
             let mut noise = Noise(5);
             points.iter_mut().for_each(|point| *point += (0.05 * noise.vector()).extend(0.0));
             let volume = SplineVolume::try_new(volume.axes().clone(), &points).unwrap();
-            let chain = Arc::new(Chain::new(vec![Step::Volume(volume)]));
+            let chain = Arc::new(Chain::try_new(vec![Step::Volume(volume)]).unwrap());
             let covered = cover(&shell, &chain, CoverSettings::default()).unwrap().shell;
             assert!(covered.faces().len() > shell.faces().len(), "{shape:?} is cut");
             let cut = covered.topology();

@@ -4,6 +4,7 @@
 //! the bound φ(u, v), an index n and an extent h the extension function is E = exp(h φ^n) where φ <= 0, else 1.
 
 use glam::{DMat3, DVec3};
+use thiserror::Error;
 
 use crate::analytic::branch::{SelectBranch, inside_region};
 use crate::analytic::expression::Expression;
@@ -58,6 +59,20 @@ pub struct Region {
     pub factor: Option<Expression>,
 }
 
+/// Why there is no such deformation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum ExtensionError {
+    /// The index of an extension function is below 2.
+    #[error("the index of an extension function is at least 2, not {index}")]
+    Index {
+        /// The index given.
+        index: u32,
+    },
+    /// The axes of the operators span no space.
+    #[error("the axes are not linearly independent")]
+    Axes,
+}
+
 /// A deformation by extension functions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extension {
@@ -70,19 +85,20 @@ pub struct Extension {
 impl Extension {
     /// A deformation by regions; in operator mode the last is applied first.
     ///
-    /// # Panics
+    /// # Errors
     /// If axes are not linearly independent or an index is below 2.
-    pub fn new(mode: ExtensionMode, regions: Vec<Region>) -> Self {
-        assert!(
-            regions.iter().all(|region| region.index >= 2),
-            "indices of extension functions are 2 or more"
-        );
+    pub fn try_new(mode: ExtensionMode, regions: Vec<Region>) -> Result<Self, ExtensionError> {
+        if let Some(region) = regions.iter().find(|region| region.index < 2) {
+            return Err(ExtensionError::Index { index: region.index });
+        }
         let inverse = match &mode {
             ExtensionMode::Operator { axes, .. } => axes.inverse(),
             _ => DMat3::IDENTITY,
         };
-        assert!(inverse.is_finite(), "axes are linearly independent");
-        Self { mode, regions, inverse }
+        if !inverse.is_finite() {
+            return Err(ExtensionError::Axes);
+        }
+        Ok(Self { mode, regions, inverse })
     }
 
     /// What it does.

@@ -43,15 +43,15 @@ fn scenes() -> Vec<(&'static str, TracedScene)> {
             region("((u-0.65)^2 + (v-0.6)^2)/0.06 - 1", 3, 0.7),
         ]
     };
-    let operator = Step::Extension(Extension::new(
-        ExtensionMode::Operator { center: DVec3::ZERO, axes: DMat3::IDENTITY },
-        circles(),
-    ));
-    let normal = Step::Extension(Extension::new(ExtensionMode::Field(Field::Normal), circles()));
-    let diamond = Step::Extension(Extension::new(
-        ExtensionMode::Radial,
-        vec![region("abs(u-0.5) + abs(v-0.5) - 0.3", 2, 6.0)],
-    ));
+    let operator = Step::Extension(
+        Extension::try_new(ExtensionMode::Operator { center: DVec3::ZERO, axes: DMat3::IDENTITY }, circles())
+            .unwrap(),
+    );
+    let normal = Step::Extension(Extension::try_new(ExtensionMode::Field(Field::Normal), circles()).unwrap());
+    let diamond = Step::Extension(
+        Extension::try_new(ExtensionMode::Radial, vec![region("abs(u-0.5) + abs(v-0.5) - 0.3", 2, 6.0)])
+            .unwrap(),
+    );
     let smooth = Step::Volume(random_volume(&mut noise, [2, 3, 2], [5, 5, 4], 0.1, false));
     let rational = Step::Volume(random_volume(&mut noise, [2, 2, 2], [4, 4, 4], 0.1, true));
     let creased = Step::Volume(random_volume(&mut noise, [1, 1, 1], [4, 4, 3], 0.1, false));
@@ -59,7 +59,8 @@ fn scenes() -> Vec<(&'static str, TracedScene)> {
     ball.truncate(12);
     let ball = Shell::from(ball);
     let made = |name, base: &Shell, steps: Vec<Step>| {
-        let covered = cover(base, &Arc::new(Chain::new(steps)), CoverSettings::default()).unwrap();
+        let covered =
+            cover(base, &Arc::new(Chain::try_new(steps).unwrap()), CoverSettings::default()).unwrap();
         (name, scene_of(covered.shell))
     };
     vec![
@@ -189,7 +190,8 @@ fn a_surface_in_a_face_of_a_lattices_box_is_there_once() {
     lattice.bend(Axis::Z, 40.0, "x".parse().unwrap());
     let bent = lattice.volume().unwrap();
     let covered =
-        cover(&cube, &Arc::new(Chain::new(vec![Step::Volume(bent)])), CoverSettings::default()).unwrap();
+        cover(&cube, &Arc::new(Chain::try_new(vec![Step::Volume(bent)]).unwrap()), CoverSettings::default())
+            .unwrap();
     let scene = scene_of(covered.shell);
     let mut noise = Noise(53);
     let mut through = 0;

@@ -55,7 +55,16 @@ pub(super) fn read(mut table: Table<'_>) -> Option<DeformDescription> {
         "radial" => ExtensionMode::Radial,
         _ => ExtensionMode::Field(read_field(&table)?),
     };
-    (count > 0 && read.len() == count).then(|| DeformDescription::Complete(Extension::new(mode, read).into()))
+    if count == 0 || read.len() < count {
+        return None;
+    }
+    match Extension::try_new(mode, read) {
+        Ok(extension) => Some(DeformDescription::Complete(extension.into())),
+        Err(error) => {
+            table.report(error.to_string());
+            None
+        }
+    }
 }
 
 fn read_axes(table: &Table<'_>) -> Option<DMat3> {
