@@ -13,6 +13,15 @@ pub(crate) fn doubled_area_with<C>(corners: &[C], place: impl Fn(&C) -> DVec2) -
     corners.windows(2).map(|edge| (place(&edge[0]) - anchor).perp_dot(place(&edge[1]) - anchor)).sum()
 }
 
+/// Whether no corner of a polygon that winds counter-clockwise turns the other way, but for rounding.
+pub(crate) fn is_convex(corners: &[DVec2]) -> bool {
+    let count = corners.len();
+    (0..count).all(|i| {
+        let [before, here, after] = [i, i + 1, i + 2].map(|i| corners[i % count]);
+        (here - before).perp_dot(after - here) >= 0.0
+    })
+}
+
 /// Which side of a line `coordinate = value` to keep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {

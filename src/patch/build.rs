@@ -9,7 +9,8 @@ use crate::math::bounds;
 use crate::math::polygon::{self, Side};
 use crate::spline::{KnotBox, SplineVolume};
 use crate::subdivide::{
-    Frame, FrameChoice, FramedPlane, Group, Pieces, cut_at_knot_planes, frame_group, group_coplanar,
+    Frame, FrameChoice, FrameSettings, FramedPlane, Group, Pieces, cut_at_knot_planes, frame_group,
+    group_coplanar,
 };
 
 use super::chart::Chart;
@@ -23,6 +24,12 @@ use super::shell::Shell;
 /// The weight function of a volume with positive weights is positive on the trimmed part, so a few halvings do; 60
 /// would take both sides below the rounding of their parameters.
 pub(super) const MAX_HALVINGS: usize = 60;
+
+/// The least extent of a patch's frame, in parts of the size of object and lattice or of their distance from the origin.
+///
+/// Ten orders of magnitude above the rounding of coordinates, which is what is left of a place in such a patch, and far below
+/// what any but slivers have.
+const LEAST_FRAME: f64 = 1.0 / 65536.0;
 
 /// A planar convex polygon of the undeformed object.
 #[derive(Clone, Copy, Debug)]
@@ -103,7 +110,8 @@ pub(crate) fn deform_polygons_beside(
     let started = Instant::now();
     let numbered = (0..).zip(polygons).map(|(number, polygon)| (number, polygon.corners));
     let pieces = cut_at_knot_planes(numbered, deformation.volume, shares_edges);
-    let diagonal = diagonal(polygons, deformation.volume);
+    let [low, high] = bounds_with_lattice(polygons, deformation.volume);
+    let diagonal = (high - low).length();
     let groups = group_coplanar(&pieces, |polygon| polygons[polygon as usize].corners, diagonal);
     let subdivide = started.elapsed();
 
@@ -113,6 +121,7 @@ pub(crate) fn deform_polygons_beside(
         pieces: &pieces,
         deformation,
         lipschitz: deformation.volume.map_or(1.0, SplineVolume::lipschitz_bound),
+        least_frame: least_frame([low, high]),
         composer: Composer::default(),
         corners: Vec::new(),
         region: RegionBuilder::default(),
@@ -127,12 +136,27 @@ pub(crate) fn deform_polygons_beside(
     Ok(DeformedPolygons { shell, subpolygons: pieces.len(), times })
 }
 
-/// Diagonal of the box around polygons and lattice.
-fn diagonal(polygons: &[PlanarPolygon<'_>], volume: Option<&SplineVolume>) -> f64 {
+/// The box around polygons and lattice.
+pub(super) fn bounds_with_lattice(
+    polygons: &[PlanarPolygon<'_>],
+    volume: Option<&SplineVolume>,
+) -> [DVec3; 2] {
     let corners = polygons.iter().flat_map(|polygon| polygon.corners).copied();
-    let all = corners.chain(volume.map(SplineVolume::bounds).into_iter().flatten());
-    let [low, high] = bounds::around(all);
-    (high - low).length()
+    bounds::around(corners.chain(volume.map(SplineVolume::bounds).into_iter().flatten()))
+}
+
+/// The least extent of a patch's frame where polygons and lattice are in a box.
+pub(super) fn least_frame([low, high]: [DVec3; 2]) -> f64 {
+    LEAST_FRAME * (high - low).length().max(low.abs().max(high.abs()).max_element())
+}
+
+/// The extent of a knot box.
+pub(super) fn box_size(volume: &SplineVolume, knot_box: KnotBox) -> DVec3 {
+    let size = |axis: usize| {
+        let breakpoints = volume.axes()[axis].breakpoints();
+        breakpoints[knot_box[axis] + 1] - breakpoints[knot_box[axis]]
+    };
+    DVec3::new(size(0), size(1), size(2))
 }
 
 struct Builder<'a> {
@@ -140,6 +164,8 @@ struct Builder<'a> {
     pieces: &'a Pieces,
     deformation: Deformation<'a>,
     lipschitz: f64,
+    /// See [`LEAST_FRAME`]; a length.
+    least_frame: f64,
     composer: Composer,
     corners: Vec<DVec3>,
     region: RegionBuilder,
@@ -172,18 +198,16 @@ impl Builder<'_> {
     }
 
     fn frame(&self, group: &Group) -> Option<FramedPlane> {
-        let (degree, size) = match (group.knot_box, self.deformation.volume) {
+        let (degree, box_size, least) = match (group.knot_box, self.deformation.volume) {
             (Some(knot_box), Some(volume)) => {
-                let size = |axis: usize| {
-                    let breakpoints = volume.axes()[axis].breakpoints();
-                    breakpoints[knot_box[axis] + 1] - breakpoints[knot_box[axis]]
-                };
-                (volume.degree(), DVec3::new(size(0), size(1), size(2)))
+                let box_size = box_size(volume, knot_box);
+                (volume.degree(), box_size, self.least_frame.min(box_size.min_element()))
             }
             // undeformed: along any two axes the plane is a patch of degree 1 × 1
-            _ => ([1; 3], DVec3::ONE),
+            _ => ([1; 3], DVec3::ONE, self.least_frame),
         };
-        frame_group(&group.plane, &self.corners, degree, size, self.deformation.frame)
+        let choice = self.deformation.frame;
+        frame_group(&group.plane, &self.corners, &FrameSettings { degree, box_size, least, choice })
     }
 
     /// Composes the patch over a frame; halves the frame while weights are not positive.

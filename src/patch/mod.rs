@@ -31,7 +31,7 @@ pub use face::Face;
 pub use face_bounds::{BoundUse, Component, FaceBounds, Joint, OrientedEdge, components};
 pub use facet::Facet;
 pub use interpolation::compose_by_interpolation;
-pub(crate) use region::{LineCuts, LoopCorner, RegionBuilder, has_area};
+pub(crate) use region::{LineCuts, LoopCorner, LoopPosition, RegionBuilder, has_area};
 pub use region::{Region, TrimLoop};
 pub use sheets::Sheets;
 pub use shell::Shell;

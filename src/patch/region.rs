@@ -218,7 +218,12 @@ impl Region {
 
     /// Whether one loop, closed, holds a point that may be off by `tolerance` along s and t.
     pub(crate) fn holds(&self, trim_loop: &TrimLoop, st: DVec2, tolerance: DVec2) -> bool {
-        holds(self.corners(trim_loop), st, tolerance)
+        self.position(trim_loop, st, tolerance) != LoopPosition::Outside
+    }
+
+    /// Where a point that may be off by `tolerance` along s and t is with respect to one loop.
+    pub(crate) fn position(&self, trim_loop: &TrimLoop, st: DVec2, tolerance: DVec2) -> LoopPosition {
+        position(self.corners(trim_loop), st, tolerance)
     }
 
     /// Whether any loop has a point in the closed rectangle `[low, high]`.
@@ -237,29 +242,47 @@ impl Region {
     /// `tolerance` is how far off the point may be along s and t; a point that is inside no loop belongs to the
     /// first one from which it is no farther than that. NaN belongs to none.
     pub fn find(&self, st: DVec2, tolerance: DVec2) -> Option<TrimLoop> {
-        let inside = |tolerance| self.loops().find(|l| holds(self.corners(l), st, tolerance));
+        let inside = |tolerance| self.loops().find(|trim_loop| self.holds(trim_loop, st, tolerance));
         inside(DVec2::ZERO).or_else(|| inside(tolerance))
     }
 }
 
-/// Whether a convex polygon, wound counter-clockwise, holds a point that may be off by `tolerance`.
+/// Where a point is with respect to a loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LoopPosition {
+    /// Inside, farther from every edge than it may be off.
+    Inside,
+    /// On an edge, as far as is known.
+    Border,
+    /// Outside, or NaN.
+    Outside,
+}
+
+/// Where a point that may be off by `tolerance` along s and t is with respect to a polygon.
 ///
-/// Each edge is moved outwards by the tolerance. At the tip of a needle moved edges meet far beyond it, so the bounding
-/// rectangle, moved outwards as far, is to hold the point too.
-fn holds(corners: &[DVec2], st: DVec2, tolerance: DVec2) -> bool {
-    let mut from = corners[corners.len() - 1];
-    let (mut low, mut high) = (from, from);
+/// It is at the border if the rectangle of what it may be touches an edge, and inside if the line from it along s crosses the
+/// border an odd number of times. Nothing is asked of the corners: rounding may have pushed one inwards, so that the polygon is
+/// not convex, and an edge as short as rounding has no direction.
+fn position(corners: &[DVec2], st: DVec2, tolerance: DVec2) -> LoopPosition {
+    let mut inside = false;
+    let mut from = corners[corners.len() - 1] - st;
     for &to in corners {
+        let to = to - st;
         let edge = to - from;
-        let slack = edge.x.abs() * tolerance.y + edge.y.abs() * tolerance.x;
-        let inward = edge.perp_dot(st - from) >= -slack;
-        if !inward {
-            return false;
+        let beside = edge.perp_dot(from);
+        // so written, NaN touches nothing
+        let touches = beside.abs() <= edge.x.abs() * tolerance.y + edge.y.abs() * tolerance.x
+            && from.min(to).cmple(tolerance).all()
+            && from.max(to).cmpge(-tolerance).all();
+        if touches {
+            return LoopPosition::Border;
         }
-        (low, high) = (low.min(to), high.max(to));
+        if (from.y <= 0.0) != (to.y <= 0.0) {
+            inside ^= (beside > 0.0) == (edge.y > 0.0);
+        }
         from = to;
     }
-    st.cmpge(low - tolerance).all() && st.cmple(high + tolerance).all()
+    if inside && !st.is_nan() { LoopPosition::Inside } else { LoopPosition::Outside }
 }
 
 #[cfg(test)]
@@ -302,6 +325,25 @@ mod tests {
         assert_eq!(face(0.0, 1.0), Some(9), "a corner");
         assert_eq!(face(1.0 + f64::EPSILON, 0.5), None);
         assert_eq!(face(f64::NAN, 0.5), None);
+    }
+
+    #[test]
+    fn an_edge_as_short_as_rounding_takes_nothing_away() {
+        // the short edge is turned far from the long ones that it all but goes on
+        let corners =
+            [DVec2::ZERO, DVec2::X, DVec2::new(1.0, 1.0), DVec2::new(1.0 - 1e-16, 1.0 - 1e-16), DVec2::Y];
+        let mut builder = RegionBuilder::default();
+        builder.push(0, 0, corners.map(corner));
+        let (region, _) = builder.finish();
+        let whole = region.trim_loop(0);
+        for (s, t) in [(0.5, 0.5), (0.9, 0.1), (0.1, 0.9), (0.01, 0.99), (0.99, 0.01), (0.999, 0.998)] {
+            let position = region.position(&whole, DVec2::new(s, t), DVec2::splat(1e-14));
+            assert_eq!(position, LoopPosition::Inside, "at {s}, {t}");
+        }
+        let position = |s: f64, t: f64| region.position(&whole, DVec2::new(s, t), DVec2::splat(1e-14));
+        assert_eq!(position(1.0 + 1e-15, 0.5), LoopPosition::Border);
+        assert_eq!(position(1.0 + 1e-13, 0.5), LoopPosition::Outside);
+        assert_eq!(position(0.5, f64::NAN), LoopPosition::Outside);
     }
 
     #[test]

@@ -8,7 +8,10 @@ use crate::spline::{KnotBox, SplineVolume};
 use crate::subdivide::{Frame, VertexNumbers, cut_into_triangles};
 
 use super::bezier_patch::BezierPatch;
-use super::build::{BuildError, BuildTimes, MAX_HALVINGS, PlanarPolygon, halves, short_knot_box};
+use super::build::{
+    BuildError, BuildTimes, MAX_HALVINGS, PlanarPolygon, bounds_with_lattice, box_size, halves, least_frame,
+    short_knot_box,
+};
 use super::chart::Chart;
 use super::face::Face;
 use super::region::{LineCuts, LoopCorner, Region, RegionBuilder};
@@ -128,25 +131,78 @@ impl DeformedTriangles {
         });
         let mut shell = Shell::new(self.numbers.clone());
         let mut region = RegionBuilder::default();
+        let least = least_frame(bounds_with_lattice(polygons, volume));
         for piece in &self.pieces {
-            let [a, b, c] = piece.corners;
+            let polygon = &polygons[piece.polygon as usize];
+            let knot_box = piece.knot_box().zip(volume);
+            let least = knot_box
+                .map_or(least, |(knot_box, volume)| least.min(box_size(volume, knot_box).min_element()));
+            let made;
+            let (patch, [a, b, c], st) = match Wider::around(&piece.corners, polygon.corners, least) {
+                None => (&piece.patch, piece.corners, [DVec2::ZERO, DVec2::X, DVec2::Y]),
+                Some(Wider { corners, st }) => {
+                    made = match knot_box {
+                        Some((knot_box, volume)) => TriangularPatch::composed(volume, knot_box, &corners),
+                        None => TriangularPatch::flat(&corners),
+                    };
+                    (&made, corners, st)
+                }
+            };
             let frame = Frame { origin: a, s: b - a, t: c - a };
-            let off_plane =
-                (frame.point(DVec2::X) - b).length().max((frame.point(DVec2::Y) - c).length()) * lipschitz;
-            let face = polygons[piece.polygon as usize].face;
-            let corners = [DVec2::ZERO, DVec2::X, DVec2::Y].into_iter().zip(piece.vertices);
-            region.push(piece.polygon, face, corners.map(|(st, vertex)| LoopCorner { st, vertex }));
+            let off = |(st, corner): (DVec2, DVec3)| (frame.point(st) - corner).length();
+            let off_plane = st.into_iter().zip(piece.corners).map(off).fold(0.0, f64::max) * lipschitz;
+            let numbered = st.into_iter().zip(piece.vertices);
+            region.push(piece.polygon, polygon.face, numbered.map(|(st, vertex)| LoopCorner { st, vertex }));
             let part = Part {
                 knot_box: piece.knot_box,
                 frame,
-                patch: piece.patch.to_tensor_product(),
-                boundary_error: off_plane + rounding(&piece.patch, least_weight),
+                patch: patch.to_tensor_product(),
+                boundary_error: off_plane + rounding(patch, least_weight),
                 region: region.finish(),
             };
             part.add_to(&mut shell, 0)?;
         }
         shell.shrink();
         Ok(shell)
+    }
+}
+
+/// A triangle around a sliver in its plane, wide enough for a patch.
+struct Wider {
+    /// Counter-clockwise as the sliver's.
+    corners: [DVec3; 3],
+    /// Where the sliver's corners are on it, in parameters from the first of its corners to the second and to the third.
+    st: [DVec2; 3],
+}
+
+impl Wider {
+    /// The triangle with the longest side of the given one, made as long as `least`, and the corner across it as high above.
+    /// None if the given one is as wide itself. `polygon` is what it is cut from, which tells the plane if it is wider.
+    fn around(corners: &[DVec3; 3], polygon: &[DVec3], least: f64) -> Option<Self> {
+        let side = |i: usize| corners[(i + 2) % 3] - corners[(i + 1) % 3];
+        // so that the longest side is across the first corner
+        let first = (0..3).max_by(|&i, &j| side(i).length_squared().total_cmp(&side(j).length_squared()))?;
+        let [top, from, to] = [0, 1, 2].map(|i| corners[(first + i) % 3]);
+        let length = (to - from).length();
+        let along = (to - from) / length;
+        let height = along.cross(top - from).length();
+        if height >= least || !along.is_finite() {
+            return None;
+        }
+        let mut normal = DVec3::ZERO;
+        for pair in polygon.windows(2) {
+            normal += (pair[0] - polygon[0]).cross(pair[1] - polygon[0]);
+        }
+        let up = normal.cross(along).normalize_or(along.any_orthonormal_vector());
+        let foot = along.dot(top - from);
+        let wide = [from + foot * along + least * up, from, from + length.max(least) * along];
+        let below = height / least;
+        // parameters run from the top to the two ends of the longest side
+        let on_side = |distance: f64| distance / length.max(least);
+        let at = |part: f64, depth: f64| DVec2::new(depth * (1.0 - part), depth * part);
+        let mut st = [at(on_side(foot), 1.0 - below), at(0.0, 1.0), at(on_side(length), 1.0)];
+        st.rotate_right(first);
+        Some(Self { corners: wide, st })
     }
 }
 

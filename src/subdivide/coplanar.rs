@@ -26,6 +26,12 @@ const CANDIDATE: f64 = 1e-9;
 /// A normal's component below this is tried as 0, which lowers degrees; kept if the vertices agree.
 const AXIS_PARALLEL: f64 = 1e-9;
 
+/// A polygon is a needle if its doubled area is less than this part of its longest edge's square.
+///
+/// The area vector of such a polygon points anywhere by rounding, also along the needle: there by more than what is asked of
+/// vertices in their plane.
+const NEEDLE: f64 = 1e-3;
+
 /// A plane through `anchor` with a unit normal; components of the normal that count as 0 are exactly 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Plane {
@@ -41,7 +47,19 @@ impl Plane {
         let anchor = corners[0];
         let doubled: DVec3 = corners.windows(2).map(|edge| (edge[0] - anchor).cross(edge[1] - anchor)).sum();
         let length = doubled.length();
-        let plane = Self { normal: doubled / length, anchor };
+        let mut normal = doubled / length;
+        let ends = corners.iter().zip(corners.iter().cycle().skip(1));
+        let longest = ends
+            .map(|(from, to)| *to - *from)
+            .max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+        if let Some(along) =
+            longest.filter(|edge| length < NEEDLE * edge.length_squared()).and_then(DVec3::try_normalize)
+        {
+            for _ in 0..2 {
+                normal = normal.reject_from_normalized(along).normalize();
+            }
+        }
+        let plane = Self { normal, anchor };
         (length > 0.0 && plane.normal.is_finite()).then_some((plane, 0.5 * length))
     }
 

@@ -19,6 +19,10 @@ use super::vertices::{Numbering, VertexNumbers};
 /// of hits (1e-11), so that moving a vertex by this much shows nowhere.
 const SNAP: f64 = 1e-12;
 
+/// The same of points on edges in the faces of the lattice's box: what is outside is not cut at them and has the whole edge, so
+/// that they may leave it by no more than rounding.
+const SNAP_IN_FACE: f64 = 1e-15;
+
 /// One convex sub-polygon, its corners a run of [`Pieces::corners`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
@@ -290,8 +294,6 @@ impl<'a> Cutter<'a> {
         let plane = self.volume.axes()[axis].breakpoints()[number];
         let (a, b) = if a.place[axis] < b.place[axis] { (a, b) } else { (b, a) };
         let fraction = (plane - a.place[axis]) / (b.place[axis] - a.place[axis]);
-        let mut place = self.snapped(a.place + fraction * (b.place - a.place));
-        place[axis] = plane;
         let ends = [a.vertex.min(b.vertex), a.vertex.max(b.vertex)];
         // what is outside the box is not cut along the edges it has in the box's faces
         let in_face = (0..3).filter(|&other| other != axis).any(|other| {
@@ -299,6 +301,9 @@ impl<'a> Cutter<'a> {
             let along = a.place[other];
             along == b.place[other] && (along == planes[0] || along == planes[planes.len() - 1])
         });
+        let snap = if in_face { self.snap * (SNAP_IN_FACE / SNAP) } else { self.snap };
+        let mut place = self.snapped(a.place + fraction * (b.place - a.place), snap);
+        place[axis] = plane;
         let numbers = &mut self.numbering.numbers;
         let vertex = *self.crossings.entry((ends, axis, number)).or_insert_with(|| {
             if in_face || self.shares_edges {
@@ -312,16 +317,16 @@ impl<'a> Cutter<'a> {
 
     /// A point of a polygon, moved onto knots that are close.
     pub(super) fn corner(&mut self, point: DVec3) -> Corner {
-        Corner::new(self.snapped(point), &mut self.numbering)
+        Corner::new(self.snapped(point, self.snap), &mut self.numbering)
     }
 
-    /// The point with coordinates close to a knot moved onto it.
-    fn snapped(&self, mut point: DVec3) -> DVec3 {
+    /// The point with coordinates as close to a knot as `snap` moved onto it.
+    fn snapped(&self, mut point: DVec3, snap: f64) -> DVec3 {
         for (axis, knots) in self.volume.axes().iter().enumerate() {
             let planes = knots.breakpoints();
             let above = planes.partition_point(|&plane| plane < point[axis]);
             for &plane in &planes[above.saturating_sub(1)..planes.len().min(above + 1)] {
-                if (plane - point[axis]).abs() <= self.snap {
+                if (plane - point[axis]).abs() <= snap {
                     point[axis] = plane;
                 }
             }

@@ -74,32 +74,52 @@ impl FramedPlane {
 /// The frame along the two axes with the smallest slopes stays below 5^4 = 625 at degree 4; its choice never fails.
 const MAX_GROWTH: f64 = 1000.0;
 
+/// What a frame is chosen for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FrameSettings {
+    /// The volume's degrees.
+    pub(crate) degree: [usize; 3],
+    /// The extent of the knot box.
+    pub(crate) box_size: DVec3,
+    /// The least extent of a frame, a length: one around a sliver is wider than the sliver.
+    ///
+    /// Points of a patch are known to the rounding of their coordinates, whatever its size: to a patch as small as that
+    /// they would say nothing of where in it they are.
+    pub(crate) least: f64,
+    pub(crate) choice: FrameChoice,
+}
+
 /// The bounding frame of the corners of a group, right-handed with the plane's normal, and its degrees.
 ///
-/// `degree` is the volume's, `box_size` its knot box's extent. A direction's degree is the sum of the volume's
-/// degrees over the axes that change along it. `None` if the corners span no area.
-pub(crate) fn frame_group(
-    plane: &Plane,
-    corners: &[DVec3],
-    degree: [usize; 3],
-    box_size: DVec3,
-    choice: FrameChoice,
-) -> Option<FramedPlane> {
+/// A direction's degree is the sum of the volume's degrees over the axes that change along it. `None` if the corners are at
+/// one place along a direction of the frame and its least extent is 0.
+pub(crate) fn frame_group(plane: &Plane, corners: &[DVec3], settings: &FrameSettings) -> Option<FramedPlane> {
+    let degree = settings.degree;
     let nonzero = (0..3).filter(|&axis| plane.normal[axis] != 0.0).count();
-    let DualFrame { frame, dual } = match (choice, nonzero) {
-        (FrameChoice::Rectangle, 2..) => rectangle(plane, corners, degree, box_size)?,
-        _ => parallelogram(plane, corners, degree, box_size)?,
+    let DualFrame { frame, dual } = match (settings.choice, nonzero) {
+        (FrameChoice::Rectangle, 2..) => rectangle(plane, corners, settings)?,
+        _ => parallelogram(plane, corners, settings)?,
     };
     let sum = |direction: DVec3| (0..3).filter(|&axis| direction[axis] != 0.0).map(|axis| degree[axis]).sum();
     let degree = [sum(frame.s), sum(frame.t)];
     Some(FramedPlane { frame, degree, dual })
 }
 
+/// An interval, made as long as `least` about its middle if it is shorter.
+fn widened((low, high): (f64, f64), least: f64) -> (f64, f64) {
+    if high - low >= least {
+        return (low, high);
+    }
+    let start = low - 0.5 * (least - (high - low));
+    (start, start + least)
+}
+
 /// The plane as a graph over a rectangle in the two axes that are not `dependent`.
 ///
 /// The direction along each of the two changes the dependent axis too, unless the normal has no component along
 /// its own: so each omits the other axis.
-fn parallelogram(plane: &Plane, corners: &[DVec3], degree: [usize; 3], box_size: DVec3) -> Option<DualFrame> {
+fn parallelogram(plane: &Plane, corners: &[DVec3], settings: &FrameSettings) -> Option<DualFrame> {
+    let FrameSettings { degree, box_size, least, .. } = *settings;
     let n = plane.normal;
     let candidates = (0..3).filter(|&axis| n[axis] != 0.0);
     let dependent = candidates.min_by(|&a, &b| {
@@ -114,7 +134,10 @@ fn parallelogram(plane: &Plane, corners: &[DVec3], degree: [usize; 3], box_size:
     let (along_s, along_t) = order_of_axes(n, dependent, degree);
     // e_(d+1) x e_(d+2) = e_d
     let flips = (along_s == (dependent + 1) % 3) == (n[dependent] < 0.0);
-    let [low, high] = bounds::around(corners.iter().copied());
+    let [mut low, mut high] = bounds::around(corners.iter().copied());
+    for along in [along_s, along_t] {
+        (low[along], high[along]) = widened((low[along], high[along]), least);
+    }
     let direction = |along: usize, length: f64| {
         let mut vector = DVec3::ZERO;
         vector[along] = length;
@@ -170,7 +193,8 @@ fn growth(n: DVec3, dependent: usize, degree: [usize; 3], box_size: DVec3) -> f6
 ///
 /// One component 0: s is that axis. None: s omits the axis of the largest degree; among equal ones the axis along
 /// which the knot box is thinnest. t = n × s.
-fn rectangle(plane: &Plane, corners: &[DVec3], degree: [usize; 3], box_size: DVec3) -> Option<DualFrame> {
+fn rectangle(plane: &Plane, corners: &[DVec3], settings: &FrameSettings) -> Option<DualFrame> {
+    let FrameSettings { degree, box_size, least, .. } = *settings;
     let n = plane.normal;
     let s = if let Some(axis) = (0..3).find(|&axis| n[axis] == 0.0) {
         DVec3::AXES[axis]
@@ -182,17 +206,17 @@ fn rectangle(plane: &Plane, corners: &[DVec3], degree: [usize; 3], box_size: DVe
     };
     let t = n.cross(s);
     let range = |direction: DVec3| {
-        corners
-            .iter()
-            .map(|&corner| direction.dot(corner - plane.anchor))
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), x| (min.min(x), max.max(x)))
+        let places = corners.iter().map(|&corner| direction.dot(corner - plane.anchor));
+        let range = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), x| (min.min(x), max.max(x)));
+        widened(range, least)
     };
     let ((s_min, s_max), (t_min, t_max)) = (range(s), range(t));
     let (width, height) = (s_max - s_min, t_max - t_min);
     let mut origin = plane.anchor + s_min * s + t_min * t;
     if let Some(axis) = (0..3).find(|&axis| n[axis] == 0.0) {
         // copied, not computed
-        origin[axis] = bounds::around(corners.iter().copied())[0][axis];
+        let [low, high] = bounds::around(corners.iter().copied());
+        origin[axis] = widened((low[axis], high[axis]), least).0;
     }
     (width > 0.0 && height > 0.0).then(|| DualFrame {
         frame: Frame { origin, s: width * s, t: height * t },
@@ -212,7 +236,8 @@ mod tests {
         let corners: Vec<_> = [(0.3, 0.0), (0.0, 0.25), (-0.4, 0.1), (0.0, -0.2)]
             .map(|(x, y)| plane.anchor + x * a + y * b)
             .into();
-        let framed = frame_group(&plane, &corners, degree, DVec3::ONE, choice).unwrap();
+        let settings = FrameSettings { degree, box_size: DVec3::ONE, least: 0.0, choice };
+        let framed = frame_group(&plane, &corners, &settings).unwrap();
         let frame = &framed.frame;
         assert!(frame.s.cross(frame.t).normalize().dot(normal) > 1.0 - 1e-12, "right-handed for {normal}");
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
@@ -269,5 +294,29 @@ mod tests {
         let got = framed(general, [3, 3, 2], FrameChoice::Parallelogram);
         assert_eq!(got.degree[0] * got.degree[1], 6 * 5, "3+3 by 2+3, not 3+2 by 3+2");
         assert!(got.frame.s.length() + got.frame.t.length() < 4.0);
+    }
+
+    #[test]
+    fn a_sliver_has_a_frame_of_the_least_extent_about_it() {
+        for choice in [FrameChoice::Parallelogram, FrameChoice::Rectangle] {
+            for normal in [DVec3::Z, DVec3::NEG_X, DVec3::new(0.0, 1.0, -2.0), DVec3::new(1.0, -2.0, 1.5)] {
+                let normal = normal.normalize();
+                let plane = Plane { normal, anchor: DVec3::new(0.3, 0.7, 0.5) };
+                let a = normal.any_orthonormal_vector();
+                let b = normal.cross(a);
+                let corners =
+                    [(0.0, 0.0), (1e-12, 0.0), (0.0, 1e-13)].map(|(x, y)| plane.anchor + x * a + y * b);
+                let settings = FrameSettings { degree: [2; 3], box_size: DVec3::ONE, least: 1e-5, choice };
+                let framed = frame_group(&plane, &corners, &settings).unwrap();
+                let Frame { s, t, .. } = framed.frame;
+                assert!(s.cross(t).normalize().dot(normal) > 1.0 - 1e-12, "right-handed for {normal}");
+                assert!(s.length().min(t.length()) > 0.99e-5 && s.length().max(t.length()) < 1e-4);
+                for corner in corners {
+                    let st = framed.parameters(corner);
+                    assert!((st - 0.5).abs().max_element() < 1e-6, "in the middle: {st}");
+                    assert!((framed.frame.point(st) - corner).length() < 1e-15);
+                }
+            }
+        }
     }
 }

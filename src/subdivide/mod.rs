@@ -9,6 +9,6 @@ mod vertices;
 pub(crate) use coplanar::{Group, group_coplanar};
 pub(crate) use cut::{Pieces, cut_at_knot_planes};
 pub use frame::{Frame, FrameChoice};
-pub(crate) use frame::{FramedPlane, frame_group};
+pub(crate) use frame::{FrameSettings, FramedPlane, frame_group};
 pub(crate) use triangular::cut_into_triangles;
 pub(crate) use vertices::{EdgePoint, Numbering, VertexNumbers};

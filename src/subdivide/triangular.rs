@@ -15,8 +15,7 @@ use super::vertices::Numbering;
 ///
 /// The triangles of a polygon's fan are cut by the planes of x, then y, then z, one after the other, and what is no
 /// triangle then is triangulated at once. Knot boxes, parts outside the lattice and corners on edges that polygons
-/// share are as with [`cut_at_knot_planes`](super::cut_at_knot_planes); triangles no wider than the distance by which
-/// corners are moved onto knot planes are left out.
+/// share are as with [`cut_at_knot_planes`](super::cut_at_knot_planes); triangles without area are left out.
 pub(crate) fn cut_into_triangles<'a>(
     polygons: impl Iterator<Item = (u32, &'a [DVec3])>,
     volume: Option<&SplineVolume>,
@@ -26,7 +25,7 @@ pub(crate) fn cut_into_triangles<'a>(
         let mut numbering = Numbering::default();
         for (polygon, corners) in polygons {
             let corners: Vec<_> = corners.iter().map(|&corner| Corner::new(corner, &mut numbering)).collect();
-            for triangle in fan(&corners).filter(|triangle| is_wider(triangle, 0.0)) {
+            for triangle in fan(&corners).filter(has_area) {
                 pieces.push(polygon, None, triangle);
             }
         }
@@ -42,7 +41,7 @@ pub(crate) fn cut_into_triangles<'a>(
         for corners in fan(&snapped) {
             waiting.push(Uncut { corners, axis: 0, plane: 0 });
             while let Some(triangle) = waiting.pop() {
-                if is_wider(&triangle.corners, cutter.snap) {
+                if has_area(&triangle.corners) {
                     cut(&mut cutter, polygon, triangle, &mut waiting, &mut pieces);
                 }
             }
@@ -128,11 +127,10 @@ fn fan(corners: &[Corner]) -> impl Iterator<Item = [Corner; 3]> {
     corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]])
 }
 
-/// Whether a triangle is wider than a length across its longest edge.
-fn is_wider(corners: &[Corner; 3], width: f64) -> bool {
+/// Whether a triangle's corners are not in line.
+fn has_area(corners: &[Corner; 3]) -> bool {
     let [a, b, c] = corners.map(|corner| corner.place);
-    let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-    (b - a).cross(c - a).length() > width * longest
+    (b - a).cross(c - a).length() > 0.0
 }
 
 #[cfg(test)]
@@ -216,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn polygons_fall_into_fans_and_needles_are_left_out() {
+    fn polygons_fall_into_fans_and_triangles_without_area_are_left_out() {
         let square = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y].to_vec();
         assert_eq!(cut_all(&[&square], None).len(), 2);
         let with_middle = [square[0], 0.5 * DVec3::X, square[1], square[2], square[3]];
@@ -225,6 +223,9 @@ mod tests {
         assert!((total_area(&pieces) - 1.0).abs() < 1e-15);
         let needle =
             [DVec3::new(0.1, 0.1, 0.1), DVec3::new(0.9, 0.1, 0.1), DVec3::new(0.9, 0.1 + 1e-13, 0.1)];
-        assert_eq!(cut_all(&[needle], Some(&cube_volume(4))).len(), 0);
+        let pieces = cut_all(&[needle], Some(&cube_volume(4)));
+        assert!((total_area(&pieces) - area(&needle)).abs() < 1e-17, "a needle is none of these");
+        let in_line = [needle[0], needle[1], needle[0].midpoint(needle[1])];
+        assert_eq!(cut_all(&[in_line], Some(&cube_volume(4))).len(), 0);
     }
 }

@@ -26,6 +26,17 @@ const MAX_HALVINGS: u32 = 10;
 /// square root of the error across the ray. In local units, in which scenes have a size near 1.
 pub(crate) const TANGENT_TOLERANCE: f64 = 1.5e-8;
 
+/// Half the least extent of a leaf, in local units, where its patch goes on: one around a sliver of a patch is wider than the
+/// sliver, so that its surface is known well in single precision.
+const LEAST_HALF: f64 = 1.0 / 262_144.0;
+
+/// How far outside the unit square clipping looks at most: where patches are smaller than tolerances, roots there are noise.
+const OUTSIDE: f64 = 0.25;
+
+/// The line of an edge from which the loop's own corners are farther on the wrong side, in the leaf's (u, v), cuts nothing: it is
+/// one of a few roundings' length between edges that are all but parallel to it.
+const MOST_BENT: f64 = 0.01;
+
 /// Leaves overlap by this part of their size, so that a hit on their common border is in at least one.
 const OVERLAP: f64 = 1e-12;
 
@@ -109,7 +120,8 @@ impl Leaf {
     pub(crate) fn rectangle(&self) -> [DVec2; 2] {
         let (middle, half) = (DVec2::from_array(self.middle), DVec2::from_array(self.half));
         let reach = half * (1.0 + f64::from(self.border));
-        [middle - reach, middle + reach]
+        let least = DVec2::splat(-OUTSIDE);
+        [(middle - reach).max(least), (middle + reach).min(1.0 - least)]
     }
 }
 
@@ -136,6 +148,8 @@ struct Splitter<'a> {
 struct Candidate {
     low: DVec2,
     high: DVec2,
+    /// The part of the unit square that no other rectangle has a part of.
+    cell: [DVec2; 2],
     /// What of each loop is in the rectangle.
     inside: Vec<(u32, Vec<DVec2>)>,
     /// With what is inside borders that are curves.
@@ -151,22 +165,38 @@ impl Leaves {
             .zip(trimmed.region.loops())
             .map(|(i, l)| (i, trimmed.region.corners(&l).to_vec()))
             .collect();
-        if let Some(candidate) = splitter.candidate(all) {
+        if let Some(candidate) = splitter.candidate(all, [DVec2::ZERO, DVec2::ONE]) {
             splitter.split(candidate, 0);
         }
     }
 }
 
 impl Splitter<'_> {
-    /// The rectangle around parts of loops; `None` if there are none, or none inside borders that are curves.
-    fn candidate(&self, inside: Vec<(u32, Vec<DVec2>)>) -> Option<Candidate> {
-        let [low, high] = polygon::bounds(inside.iter().flat_map(|(_, corners)| corners.iter().copied()))?;
+    /// The rectangle around the parts of loops in a cell; `None` if there are none, or none inside borders that are curves.
+    fn candidate(&self, inside: Vec<(u32, Vec<DVec2>)>, cell: [DVec2; 2]) -> Option<Candidate> {
+        let tight = polygon::bounds(inside.iter().flat_map(|(_, corners)| corners.iter().copied()))?;
+        let [low, high] = self.widened(tight, cell);
         let overlap = self.trimmed.overlap(low, high);
         if overlap == Overlap::None {
             return None;
         }
         let graph = HeightGraph::new(&self.trimmed.patch, [low, high], self.space);
-        Some(Candidate { low, high, inside, overlap, graph })
+        Some(Candidate { low, high, cell, inside, overlap, graph })
+    }
+
+    /// A rectangle with sides of [`LEAST_HALF`] at least, as far as the cell goes.
+    fn widened(&self, [low, high]: [DVec2; 2], cell: [DVec2; 2]) -> [DVec2; 2] {
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        if half.cmpge(0.5 * (cell[1] - cell[0])).all() {
+            return [low, high];
+        }
+        let point = self.trimmed.patch.eval(middle);
+        let per_half = DVec2::new(point.dp_ds.length(), point.dp_dt.length()) * self.space.length(1.0);
+        // a partial of 0 or NaN widens nothing
+        let short = (half * per_half).cmplt(DVec2::splat(LEAST_HALF)) & per_half.cmpgt(DVec2::ZERO);
+        let wide = DVec2::splat(LEAST_HALF) / per_half;
+        let low = DVec2::select(short, cell[0].max(middle - wide), low);
+        [low, DVec2::select(short, cell[1].min(middle + wide), high)]
     }
 
     fn split(&mut self, candidate: Candidate, halvings: u32) {
@@ -196,7 +226,12 @@ impl Splitter<'_> {
                     inside.push((*index, kept.clone()));
                 }
             }
-            self.candidate(inside)
+            let mut cell = candidate.cell;
+            match side {
+                Side::Below => cell[1][axis] = middle,
+                Side::Above => cell[0][axis] = middle,
+            }
+            self.candidate(inside, cell)
         };
         [Side::Below, Side::Above].into_iter().filter_map(half).collect()
     }
@@ -208,10 +243,11 @@ impl Splitter<'_> {
         // across a ray that a proof is made for, an error moves the hit by twice its length in leaf coordinates at most
         let slack = OVERLAP + 8.0 * self.error * steepness;
         let smallest = half.min_element().max(f64::MIN_POSITIVE);
-        let border = CUT_ROUNDING + 2.0 * TANGENT_TOLERANCE * steepness + 8.0 * f64::EPSILON / smallest;
+        let (cover, bent) = self.cover(candidate);
+        let border =
+            CUT_ROUNDING + 2.0 * TANGENT_TOLERANCE * steepness + 8.0 * f64::EPSILON / smallest + bent;
         let corners = inside.iter().flat_map(|(_, corners)| corners).map(|&st| (st - middle) / half);
         let (reach, world) = self.reach(candidate, corners, slack + border);
-        let cover = self.cover(candidate);
         self.into.leaves.push(Leaf {
             to_leaf: [0, 1, 2].map(|row| single(graph.to_leaf.row(row))),
             centre: single(graph.centre),
@@ -270,42 +306,60 @@ impl Splitter<'_> {
         (leaf, [local[0] + middle - half, local[1] + middle + half])
     }
 
-    fn cover(&mut self, candidate: &Candidate) -> Cover {
+    /// Which loops matter, and how far corners of them are on the wrong side of the lines of their edges.
+    fn cover(&mut self, candidate: &Candidate) -> (Cover, f64) {
         let Candidate { low, high, inside, overlap, .. } = candidate;
         let trim: &Region = &self.trimmed.region;
         let all = &mut self.into.cuts;
         let count = |cuts: &Vec<Cut>| u32::try_from(cuts.len()).expect("fewer than 2^32 cuts fit in memory");
         let start = count(all);
-        for (index, _) in inside {
+        let mut bent: f64 = 0.0;
+        for (index, part) in inside {
             let before = all.len();
-            all.extend(cuts(trim.corners(&trim.trim_loop(*index as usize)), [*low, *high], *index));
+            let corners = trim.corners(&trim.trim_loop(*index as usize));
+            for (cut, wrong) in cuts((corners, part), [*low, *high], *index) {
+                if wrong <= MOST_BENT {
+                    bent = bent.max(wrong);
+                    all.push(cut);
+                }
+            }
             if *overlap == Overlap::Partial {
                 all.push(Cut { normal: [0.0; 2], offset: 0.0, trim_loop: *index });
             } else if all.len() == before {
                 all.truncate(start as usize);
-                return Cover::Inside(*index);
+                return (Cover::Inside(*index), 0.0);
             }
         }
-        Cover::Crossed { start, end: count(all) }
+        (Cover::Crossed { start, end: count(all) }, bent)
     }
 }
 
-/// The edges of a loop that cross a rectangle, in the rectangle's (u, v).
-fn cuts(corners: &[DVec2], [low, high]: [DVec2; 2], trim_loop: u32) -> impl Iterator<Item = Cut> {
+/// Corners of a loop's part, at least, that are tried against the line of each edge.
+const TRIED_CORNERS: usize = 64;
+
+/// The edges of a loop that cross a rectangle, in the rectangle's (u, v), each with how far the part of the loop that is in the
+/// rectangle reaches beyond its line: not at all, if the loop is convex. Of loops of very many corners some are tried.
+fn cuts<'a>(
+    (corners, part): (&'a [DVec2], &'a [DVec2]),
+    [low, high]: [DVec2; 2],
+    trim_loop: u32,
+) -> impl Iterator<Item = (Cut, f64)> + 'a {
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let is_convex = polygon::is_convex(corners);
+    let some = part.iter().step_by(part.len() / TRIED_CORNERS + 1);
     (0..corners.len()).filter_map(move |i| {
-        let (from, to) = ((corners[i] - middle) / half, (corners[(i + 1) % corners.len()] - middle) / half);
-        let normal = (to - from).perp();
+        let (start, end) = (corners[i], corners[(i + 1) % corners.len()]);
+        let from = (start - middle) / half;
+        let normal = ((end - start) / half).perp();
         let size = normal.abs().element_sum();
         // an edge along a side of the rectangle cuts nothing; one without length has a normal of NaN, and is none either
         let normal = normal / size;
         let offset = -normal.dot(from);
         let least = offset - normal.abs().element_sum();
-        (least < -16.0 * f64::EPSILON).then(|| Cut {
-            normal: single2(normal),
-            offset: nearest(offset),
-            trim_loop,
-        })
+        let beyond = |corner: DVec2| -normal.dot((corner - start) / half);
+        let wrong = if is_convex { 0.0 } else { some.clone().copied().map(beyond).fold(0.0, f64::max) };
+        let cut = Cut { normal: single2(normal), offset: nearest(offset), trim_loop };
+        (least < -16.0 * f64::EPSILON).then_some((cut, wrong))
     })
 }
 
