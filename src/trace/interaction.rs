@@ -76,19 +76,32 @@ fn along_u(gradients: [DVec3; 2], trimmed: &Face, point: &PatchPoint) -> DVec3 {
     (point.dp_ds * v[1] - point.dp_dt * v[0]) / (u[0] * v[1] - u[1] * v[0])
 }
 
-/// Unit normal on the side of the face's winding; where the partials are parallel, that of a point close by.
+/// A normal is taken as it is if rounding turns it by no more than this: far below what a picture shows.
+const NORMAL_ERROR: f64 = 1e-7;
+
+/// How far from a place without a normal others are looked at, in parts of the way to the middle of the patch: near enough for
+/// two of them to tell the limit to the square of that, far enough for rounding not to matter.
+const LIMIT_STEPS: [f64; 3] = [1e-4, 1e-3, 1e-2];
+
+/// Unit normal on the side of the face's winding; where the partials are parallel or one is 0, but for rounding, the limit of
+/// those on the way from the middle of the patch, as of a collapsed edge or a cusp.
 fn normal(trimmed: &Face, st: DVec2, point: &PatchPoint) -> DVec3 {
+    // partials are sums of as many products as points are, times the degree
+    let [m, n] = trimmed.patch.degree();
+    let error = position_error(&trimmed.patch) * m.max(n) as f64;
     let cross = |point: &PatchPoint| {
         let normal = point.dp_ds.cross(point.dp_dt);
-        let scale = point.dp_ds.length() * point.dp_dt.length();
-        (normal.length() > 16.0 * f64::EPSILON * scale).then(|| normal.normalize())
+        let scale = error * (point.dp_ds.length() + point.dp_dt.length());
+        (NORMAL_ERROR * normal.length() > scale).then(|| normal.normalize())
     };
-    // towards the middle of the patch, where a collapsed edge or a cusp has its one-sided limit
     let toward = DVec2::splat(0.5) - st;
-    cross(point)
-        .or_else(|| [1e-9, 1e-6, 1e-3].into_iter().find_map(|step| cross(&trimmed.eval(st + step * toward))))
-        .unwrap_or_else(|| {
-            let [_, s, t] = trimmed.chart.coordinates();
-            s.cross(t).normalize_or(DVec3::Z)
-        })
+    let limit = |step: f64| {
+        let [near, far] = [step, 2.0 * step].map(|step| cross(&trimmed.eval(st + step * toward)));
+        (2.0 * near? - far?).try_normalize()
+    };
+    let uncertain = || point.dp_ds.cross(point.dp_dt).try_normalize();
+    cross(point).or_else(|| LIMIT_STEPS.into_iter().find_map(limit)).or_else(uncertain).unwrap_or_else(|| {
+        let [_, s, t] = trimmed.chart.coordinates();
+        s.cross(t).normalize_or(DVec3::Z)
+    })
 }

@@ -120,6 +120,11 @@ fn chord(point: DVec2, direction: DVec2, slack: f64) -> Option<[DVec2; 2]> {
     (enter <= leave).then(|| [point + enter * direction, point + leave * direction])
 }
 
+/// How far outside the unit square a place is.
+fn outside(st: DVec2) -> f64 {
+    st.distance(st.clamp(DVec2::ZERO, DVec2::ONE))
+}
+
 /// The place of a box next to `start`, in its own unit square, where the component of its net along a line is 0.
 fn on_line(points: &[DVec2], degree: [usize; 2], line: DVec2, start: DVec2) -> DVec2 {
     let mut place = start;
@@ -317,17 +322,23 @@ impl Search<'_> {
             return;
         }
         let st = low + places[0] * (high - low);
-        let near = 4.0 * (high - low) + 4.0 * f64::EPSILON;
-        if self
-            .scratch
-            .roots
-            .iter()
-            .any(|root| (root.st - st).abs().cmple(near.max(DVec2::splat(1e-7))).all())
-        {
-            return;
+        // of a box that is within rounding of the ray, what is in the unit square is as good, and the rest is trimmed
+        let inside = st.clamp(DVec2::ZERO, DVec2::ONE);
+        let is_box = places.len() == WHOLE_BOX.len();
+        let st = if is_box && inside.cmpge(low).all() && inside.cmple(high).all() { inside } else { st };
+        let near = (4.0 * (high - low) + 4.0 * f64::EPSILON).max(DVec2::splat(1e-7));
+        let root = PatchRoot { st, degenerate: true };
+        match self.scratch.roots.iter_mut().find(|known| (known.st - st).abs().cmple(near).all()) {
+            Some(known) => {
+                if known.degenerate && outside(st) < outside(known.st) {
+                    *known = root;
+                }
+            }
+            None => {
+                self.statistics.degenerate += 1;
+                self.scratch.roots.push(root);
+            }
         }
-        self.statistics.degenerate += 1;
-        self.scratch.roots.push(PatchRoot { st, degenerate: true });
     }
 
     fn restrict(&mut self, start: usize, s: [f64; 2], t: [f64; 2]) {

@@ -22,7 +22,12 @@ fn assert_pole_hit(noise: &mut Noise, scene: &TracedScene, st: DVec2) {
     let ray = Ray::new(target - REACH * direction, direction);
     let hits = scene.all(&ray);
     assert_no_ghosts(scene, &ray, &hits, BOUND);
-    let found = hits.iter().any(|hit| (ray.at(hit.t) - target).length() < BOUND);
+    // where the ray is all but tangent, rounding across it is more along it
+    let slide = |hit: &PatchHit| {
+        let (error, point) = (scene.st_error(hit, &ray), patch.eval(hit.st));
+        error.x * point.dp_ds.length() + error.y * point.dp_dt.length()
+    };
+    let found = hits.iter().any(|hit| (ray.at(hit.t) - target).length() < BOUND + slide(hit));
     assert!(found, "at {st:?}, {ray:?}: {hits:?}");
 }
 
@@ -40,7 +45,6 @@ fn a_collapsed_edge_is_hit() {
 }
 
 #[test]
-#[ignore = "tangent at a pole, a hit is up to 1e-9 off along its ray: the middle of the box that the search ends with"]
 fn the_seams_at_a_collapsed_edge_are_hit() {
     let mut noise = Noise(306);
     for _ in 0..40 {
