@@ -237,22 +237,31 @@ impl Checker<'_> {
     fn crossings(&self, ray: &Ray, hits: &[PatchHit]) -> Option<i64> {
         let length = ray.direction.length();
         let mut sum = 0;
-        let mut last: Option<(f64, i64)> = None;
+        let mut last: Option<(f64, i64, f64)> = None;
         for hit in hits {
+            let slide = self.slide(ray, hit);
             let cos = self.solid.scene.interaction(hit).normal.dot(ray.direction) / length;
             if hit.tangent || cos.abs() < GRAZING {
                 return None;
             }
             let sign = if cos < 0.0 { 1 } else { -1 };
-            let same_place = last.filter(|(t, _)| (hit.t - t) * length <= self.same_place(ray));
+            let reach = |before: f64| self.same_place(ray) + slide + before;
+            let same_place = last.filter(|&(t, _, before)| (hit.t - t) * length <= reach(before));
             match same_place {
-                Some((_, other)) if other != sign => return None,
+                Some((_, other, _)) if other != sign => return None,
                 Some(_) => {}
                 None => sum += sign,
             }
-            last = Some((hit.t, sign));
+            last = Some((hit.t, sign, slide));
         }
         Some(sum)
+    }
+
+    /// How far rounding across the ray, which grows with the distance of its origin, may have moved a hit along the surface.
+    fn slide(&self, ray: &Ray, hit: &PatchHit) -> f64 {
+        let error = self.solid.scene.st_error(hit, ray);
+        let point = self.solid.scene.objects()[0].faces()[hit.patch as usize].eval(hit.st);
+        error.x * point.dp_ds.length() + error.y * point.dp_dt.length()
     }
 
     /// Whether a hit is within rounding of the border of its loop, on either side.

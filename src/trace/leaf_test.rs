@@ -185,14 +185,15 @@ impl<R: Real> Seed<R> {
         }
     }
 
-    /// The seed about the root `t` of the quadratic.
+    /// The seed about the root `t` of the quadratic; the ray's rounding is `slack` and moves the root by `shift` along it.
     #[inline(always)]
-    fn at_root(leaf: &Leaf, rays: &CentredRays<R>, [t, window]: [R; 2], slack: R) -> Self {
+    fn at_root(leaf: &Leaf, rays: &CentredRays<R>, [t, window]: [R; 2], [slack, shift]: [R; 2]) -> Self {
         let (x, y) = (rays.place.x + rays.way.x * t, rays.place.y + rays.way.y * t);
         let (u, v) = (x - form(&leaf.forms[0], x, y), y - form(&leaf.forms[1], x, y));
         let speed = rays.way.x.abs().greater(rays.way.y.abs());
-        let radius = speed * window * f64::from(leaf.stretch) + constant(t, leaf.place_error) + slack;
-        let border = constant(t, leaf.border) + slack * 2.0;
+        let stretched = speed * f64::from(leaf.stretch);
+        let radius = stretched * window + constant(t, leaf.place_error) + slack;
+        let border = constant(t, leaf.border) + slack * 2.0 + stretched * shift;
         let reach = radius + border + 1.0;
         let wanted = t.abs().le(rays.half + window) & u.abs().le(reach) & v.abs().le(reach);
         Self { wanted, t: t + rays.t, window, isolation: rays.span - t.abs(), u, v, radius, border }
@@ -243,11 +244,13 @@ fn isolate<R: Real>(leaf: &Leaf, rays: &CentredRays<R>, slack: R) -> Approach<R>
     let root = discriminant.sqrt();
     let sum = (linear + R::select(linear.lt(linear.all(0.0)), -root, root)) * -0.5;
     let (a, b) = (sum / square, constant_term / sum);
-    let window = (height_error + height_error) / root;
+    let flatness = root.all(1.0) / root;
+    let window = (height_error + height_error) * flatness;
+    let rounding = [slack, slack * 4.0 * flatness];
     let swapped = b.lt(a);
     let (near, far) = (R::select(swapped, b, a), R::select(swapped, a, b));
-    let mut near = Seed::at_root(leaf, rays, [near, window], slack);
-    let mut far = Seed::at_root(leaf, rays, [far, window], slack);
+    let mut near = Seed::at_root(leaf, rays, [near, window], rounding);
+    let mut far = Seed::at_root(leaf, rays, [far, window], rounding);
     near.wanted = near.wanted & isolated;
     far.wanted = far.wanted & isolated;
     Approach { undecided, seeds: [near, far] }

@@ -1,6 +1,6 @@
 //! A ray at a leaf: roots by clipping, their tolerance, and the trim.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use crate::math::rounding::gamma;
 use crate::patch::{BezierPatch, Extent, Face, Region, TrimLoop};
@@ -18,6 +18,9 @@ use super::statistics::TraceStatistics;
 /// Rounded operations of evaluating a patch's point: two passes of at most 13 products and sums, the basis, the
 /// division by the weight.
 const EVAL_OPERATIONS: u32 = 64;
+
+/// Rays from no farther than this, in local units, have the tolerance of tangents that leaves are made with.
+const NEAR_RAYS: f64 = 8.0;
 
 /// A leaf with its patch.
 #[derive(Clone, Copy)]
@@ -131,16 +134,24 @@ pub(crate) fn surface_error(trimmed: &Face) -> f64 {
 /// How far off a root's parameters may be, for the errors of the ray, the surface and its border.
 ///
 /// An error across the ray moves the root by that over the sine of the angle between ray and surface; no farther than
-/// [`TANGENT_TOLERANCE`], however, along the surface.
+/// [`TANGENT_TOLERANCE`], however, along the surface, or for a ray from far away, whose error grows with the distance, what its
+/// square root makes of that.
 pub(super) fn tolerance(trimmed: &Face, space: &LocalSpace, st: DVec2, ray: &Ray) -> DVec2 {
     let point = trimmed.patch.eval(st);
+    let [m, n] = trimmed.patch.degree();
     let normal = point.dp_ds.cross(point.dp_dt);
+    // at a pole it is made of rounding
+    let rounding = position_error(&trimmed.patch) * m.max(n) as f64;
+    let is_known = normal.length() > rounding * (point.dp_ds.length() + point.dp_dt.length());
+    let normal = if is_known { normal } else { DVec3::ZERO };
     let way = ray.direction.normalize();
     let across = DVec2::new(point.dp_dt.cross(way).length(), point.dp_ds.cross(way).length());
     let along = DVec2::new(point.dp_dt.length(), point.dp_ds.length());
     let error = surface_error(trimmed)
         + 4.0 * f64::EPSILON * (ray.origin.abs().element_sum() + trimmed.patch.extent().magnitude);
-    let most = along * (TANGENT_TOLERANCE / space.length(1.0)) / normal.length();
+    let distance = space.point(ray.origin).abs().element_sum();
+    let tangent = TANGENT_TOLERANCE * (distance / NEAR_RAYS).max(1.0).sqrt();
+    let most = along * (tangent / space.length(1.0)) / normal.length();
     let sensitive = across * (error / normal.dot(way).abs());
     // a patch without normal, and a tangent ray, give NaN or infinity
     let least = |a: f64, b: f64| if a < b { a } else { b };
