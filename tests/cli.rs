@@ -255,6 +255,8 @@ fn trace_writes_the_arrays_of_the_contract() {
     let (_, all) = trace(&["--all"]);
     assert_eq!(all["offsets"], [0.0, 2.0, 2.0]);
     assert!((all["t"][0] - 0.5).abs() < 1e-15 && (all["t"][1] - 1.0).abs() < 1e-15);
+    let (_, once) = trace(&["--all", "--once"]);
+    assert_eq!(once["offsets"], [0.0, 2.0, 2.0]);
 }
 
 #[test]

@@ -99,8 +99,7 @@ fn check(surface: &Surface, tracer: &mut Tracer<'_>, ray: &Ray, target: DVec3, t
         }
         let off = normal.distance(limit(surface, pole, hit.st[1 - pole.axis]));
         tally.farthest = tally.farthest.max(off);
-        // so written, NaN is turned
-        if !(off <= NORMAL) {
+        if off.is_nan() || off > NORMAL {
             tally.turned += 1;
             tally.fail(|| format!("normal off by {off:e}: {normal:?}, {hit:?} of {ray:?}"));
         }

@@ -100,7 +100,8 @@ pub(crate) fn surfaces(random: &mut Random) -> Result<Vec<Surface>, String> {
     for (name, surface) in shapes {
         let shell = surface.map_err(|error| format!("{name}: {error}"))?.shell();
         for twist in [30.0, 90.0] {
-            let chain = Arc::new(Chain::new(vec![twisted(twist)?]));
+            let chain = Chain::try_new(vec![twisted(twist)?]).map_err(|error| error.to_string())?;
+            let chain = Arc::new(chain);
             let covered = cover(&shell, &chain, CoverSettings::default())
                 .map_err(|error| format!("{name}: {error}"))?;
             made.push(Surface::new(format!("{name}, twisted by {twist} degrees"), covered.shell));

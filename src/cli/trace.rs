@@ -41,6 +41,9 @@ pub(super) struct TraceArgs {
     /// Every hit of each ray, sorted along it
     #[arg(long)]
     all: bool,
+    /// With --all: an edge or a vertex that faces share counts once, not for each patch that has it
+    #[arg(long, requires = "all")]
+    once: bool,
     /// Print JSON to stdout
     #[arg(long)]
     json: bool,
@@ -74,7 +77,7 @@ pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
         let Traced { arrays, hits, seconds, stats } = if args.any {
             any_hits(&built.traced, &rays)
         } else if args.all {
-            all_hits(&built.traced, &rays)
+            all_hits(&built.traced, &rays, args.once)
         } else {
             closest_hits(&built.traced, &rays)
         };
@@ -167,9 +170,10 @@ fn closest_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
     Traced { hits: found.iter().flatten().count(), arrays: columns(&found), seconds, stats }
 }
 
-fn all_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
+fn all_hits(scene: &TracedScene, rays: &[Ray], once: bool) -> Traced {
     let every = |tracer: &mut Tracer<'_>, ray: &Ray| -> Vec<_> {
-        tracer.all(ray).iter().map(|hit| Some(scene.interaction(hit))).collect()
+        let hits = if once { tracer.all_once(ray) } else { tracer.all(ray) };
+        hits.iter().map(|hit| Some(scene.interaction(hit))).collect()
     };
     let (found, seconds, stats) = query(scene, rays, every);
     let mut offsets = vec![0_i64];

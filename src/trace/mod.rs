@@ -5,6 +5,7 @@ mod box_tree;
 mod brute_force;
 mod bvh;
 mod clipping;
+mod coincident;
 mod collapse;
 mod geometry;
 #[cfg(test)]

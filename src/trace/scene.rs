@@ -1,5 +1,7 @@
 //! Objects ready to trace, in one acceleration structure.
 
+use std::sync::OnceLock;
+
 use fearless_simd::Level;
 use glam::{DVec2, DVec3};
 
@@ -7,6 +9,7 @@ use crate::math::bounds;
 use crate::patch::Face;
 
 use super::bvh::Bvh;
+use super::coincident::Overlaps;
 use super::interaction::{self, SurfaceInteraction};
 use super::leaf::{Cover, Cut, Leaf, Leaves};
 use super::local::LocalSpace;
@@ -25,6 +28,8 @@ pub struct TracedScene {
     space: LocalSpace,
     /// The processor's vectors.
     level: Level,
+    /// Found when they are first asked for.
+    overlaps: OnceLock<Overlaps>,
 }
 
 impl TracedScene {
@@ -43,7 +48,7 @@ impl TracedScene {
         let bvh = Bvh::build(&boxes);
         leaves.shrink_to_fit();
         cuts.shrink_to_fit();
-        Self { objects, leaves, cuts, bvh, space, level: Level::new() }
+        Self { objects, leaves, cuts, bvh, space, level: Level::new(), overlaps: OnceLock::new() }
     }
 
     /// The objects.
@@ -88,6 +93,11 @@ impl TracedScene {
     /// The processor's vectors.
     pub(super) fn level(&self) -> Level {
         self.level
+    }
+
+    /// Loops that overlap others.
+    pub(super) fn overlaps(&self) -> &Overlaps {
+        self.overlaps.get_or_init(|| Overlaps::new(&self.objects))
     }
 
     /// The patch that is hit.

@@ -2,6 +2,7 @@
 
 use crate::math::lanes::with_vectors;
 
+use super::coincident;
 use super::geometry::{Geometry, RayTracer};
 use super::interaction::SurfaceInteraction;
 use super::object::PatchHit;
@@ -67,7 +68,7 @@ impl<'a> Tracer<'a> {
         hit.map(|hit| on_surface(scene, hit, ray, &mut scratch.solver.statistics))
     }
 
-    /// All hits, sorted along the ray.
+    /// All hits, sorted along the ray: at an edge or a vertex one for each patch that has it.
     pub fn all(&mut self, ray: &Ray) -> Vec<PatchHit> {
         let Self { scene, scratch } = self;
         let mut hits = with_vectors!(scene.level(), simd => query::all(simd, scene, ray, scratch));
@@ -75,7 +76,13 @@ impl<'a> Tracer<'a> {
             *hit = on_surface(scene, *hit, ray, &mut scratch.solver.statistics);
         }
         query::sort(&mut hits);
-        hits
+        scene.overlaps().with_others(scene, ray, hits)
+    }
+
+    /// As [`Self::all`], but of hits in one place at edges and vertices of faces only the first: one that faces share counts once.
+    pub fn all_once(&mut self, ray: &Ray) -> Vec<PatchHit> {
+        let hits = self.all(ray);
+        coincident::once(self.scene, ray, &hits)
     }
 
     /// Whether anything is hit at all; stops at the first proof.
