@@ -86,7 +86,7 @@ fn stretched(bound: &str) -> Extension {
     let h = [[0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.5]];
     let bound = Expression::parse(bound).expect("an expression");
     let region = Region { bound, center: CENTER, index: 2, h, epsilon: [[1.0; 3]; 3], factor: None };
-    Extension::try_new(ExtensionMode::Radial, vec![region]).unwrap()
+    Extension::try_new(ExtensionMode::Radial, vec![region]).expect("the region is well made")
 }
 
 /// The same, in plain arithmetic.

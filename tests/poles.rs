@@ -14,7 +14,7 @@ fn poles_are_hit_with_the_limit_of_the_normals() {
     let surfaces = surfaces(random).expect("the surfaces are well made");
     let tallies = surfaces.iter().map(|surface| {
         assert!(!surface.poles.is_empty(), "{}", surface.name);
-        run(surface, 300, random)
+        run(surface, 100, random)
     });
     let all = tallies.fold(Tally::default(), Tally::merged);
     assert_eq!((all.lost, all.turned), (0, 0), "of {}: {:?}", all.rays, all.failures);
