@@ -15,15 +15,16 @@ const PLANARITY: f64 = 1e-10;
 
 /// Least area of a face relative to its perimeter and the mesh's diagonal: about half the height of a sliver.
 ///
-/// Below it the direction of the normal is rounding noise.
-const AREA: f64 = 1e-10;
+/// Below it the direction of the normal is rounding noise, and what is left out is as thin as the margins of rays: a sliver that
+/// is wider would leave a hole between its neighbours.
+const AREA: f64 = 1e-15;
 
 /// What counts as planar and as area zero, in parts of the mesh's bounding box diagonal after placing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshTolerances {
     /// Farthest that a vertex of a planar face may lie from the face's plane (default 1e-10).
     pub planarity: f64,
-    /// Least ratio of a face's area to its perimeter (default 1e-10).
+    /// Least ratio of a face's area to its perimeter (default 1e-15).
     pub area: f64,
 }
 

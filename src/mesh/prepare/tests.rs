@@ -87,11 +87,13 @@ fn faces_without_area_are_left_out_and_named() {
     let line = [[0., 0., 0.], [1., 1., 1.], [3., 3., 3.], [2., 2., 2.]];
     let point = [[1., 1., 1.]; 5];
     let two = [[0., 0., 0.], [1., 0., 0.], [1., 0., 0.], [0., 0., 0.]];
-    let thin = [[0., 0., 0.], [1., 0., 0.], [0.5, 1e-11, 0.]];
+    let thin = [[0., 0., 0.], [1., 0., 0.], [0.5, 1e-15, 0.]];
     let (polygons, notes) = prepare(&[&line, &SQUARE, &point, &two, &thin]);
     assert_eq!(polygons.len(), 1);
     assert_eq!(notes.degenerate_faces, [0, 2, 3, 4]);
     assert_eq!(notes.repeated_corners, 4 + 2);
+    let needle = [[0., 0., 0.], [1., 0., 0.], [0.5, 1e-12, 0.]];
+    assert_eq!(prepare(&[&SQUARE, &needle]).0.len(), 2, "a hole as wide would let rays pass");
 }
 
 #[test]
