@@ -73,6 +73,7 @@ pub mod identity;
 pub mod input;
 pub mod manipulate;
 mod math;
+pub mod memory;
 pub mod mesh;
 pub mod model;
 pub mod output;

@@ -2,7 +2,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -56,6 +56,9 @@ pub enum OutputError {
     },
 }
 
+/// Bytes that are gathered before they are written.
+const BUFFER: usize = 1 << 18;
+
 /// Finds out whether a file can be written, before hours of work go into its content.
 ///
 /// # Errors
@@ -72,17 +75,35 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
 /// # Errors
 /// As [`check_writable`]; also when the disk is full. Nothing is left then but what was before.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    write_whole_by(path, |file| file.write_all(bytes))
+}
+
+/// As [`write_whole`], of content that is written bit by bit and never in memory as a whole.
+///
+/// # Errors
+/// As [`write_whole`].
+pub fn write_whole_by(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), OutputError> {
     match Target::at(path)? {
         Target::Special(path) => {
-            let written = open_special(&path)?.write_all(bytes);
+            let written = written_by(&mut open_special(&path)?, write);
             written.map_err(|source| OutputError::Io { path, source })
         }
         Target::Regular(path) => {
             let mut beside = Beside::create(&path)?;
-            let written = beside.finish(bytes, &path);
+            let written = written_by(&mut beside.file, write).and_then(|()| beside.finish(&path));
             written.map_err(|source| OutputError::Io { path, source })
         }
     }
+}
+
+/// Writes to a file, many bytes at a time.
+fn written_by(file: &mut File, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let mut buffer = BufWriter::with_capacity(BUFFER, file);
+    write(&mut buffer)?;
+    buffer.flush()
 }
 
 /// A folder that may be replaced by a new one.
@@ -300,8 +321,7 @@ impl Beside {
         Ok(Self { file, path: beside, kept: false })
     }
 
-    fn finish(&mut self, bytes: &[u8], path: &Path) -> io::Result<()> {
-        self.file.write_all(bytes)?;
+    fn finish(&mut self, path: &Path) -> io::Result<()> {
         // a rename may reach the disk before the content does
         self.file.sync_all()?;
         fs::rename(&self.path, path)?;
@@ -365,7 +385,7 @@ mod tests {
         let taken = folder.path().join("taken");
         let mut beside = Beside::create(&taken).unwrap();
         fs::create_dir(&taken).unwrap();
-        assert!(beside.finish(b"whole", &taken).is_err());
+        assert!(beside.finish(&taken).is_err());
         drop(beside);
         let mut left = names(folder.path());
         left.sort();

@@ -4,9 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order of the pipeline; each may use those before it.
-const ORDER: [&str; 30] = [
+const ORDER: [&str; 31] = [
     "math",
     "random",
+    "memory",
     "input",
     "output",
     "suggestion",

@@ -6,12 +6,16 @@
 //! has a cell over all of it, whose border is the curve where the pieces meet.
 
 use std::collections::BTreeSet;
+use std::rc::Rc;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::math::magnitude::{self, LARGEST, MagnitudeError, SMALLEST};
+use crate::memory::{MemoryLimit, OutOfMemory};
 use crate::patch::{BezierPatch, Face, LineCuts, Overlap, Region, Shell, TrimLoop};
 use crate::spline::{KnotBox, SplineVolume};
 use crate::subdivide::VertexNumbers;
@@ -50,14 +54,22 @@ const MAX_HALVINGS: u32 = 30;
 /// object's size.
 const POINT: f64 = 1e-8;
 
-/// Cells of one base patch, at most: a formula that is not smooth along a curve needs ever more.
-const MAX_CELLS: usize = 50_000;
+/// Cells of a surface, at most: a formula that is not smooth along a curve needs ever more.
+const MAX_CELLS: usize = 30_000;
+
+/// Rectangles of a surface that are looked at, at most: those of cells, those that are halved, and those in which parts of pieces
+/// are searched for.
+const MAX_RECTANGLES: usize = 8 * MAX_CELLS;
+
+/// Cells that are made between two looks at the memory that is left, and the memory that each takes, about.
+const CELLS_BETWEEN_CHECKS: usize = 256;
+const CELL_BYTES: u64 = 4096;
 
 /// How finely a rectangle is searched for parts of a piece.
 const SEARCH_HALVINGS: u32 = 3;
 
 /// Why a formula cannot be covered. Places are (u, v) of a surface, or parameters of a patch.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error)]
 pub enum CoverError {
     /// A step gives a point that is not finite.
     #[error("at u = {0}, v = {1} the point is not finite: the exponent h phi^n is too large, or an expression has no value", place.x, place.y)]
@@ -66,6 +78,22 @@ pub enum CoverError {
         step: usize,
         /// Where.
         place: DVec2,
+    },
+    /// A step takes a point too far.
+    #[error("at u = {0}, v = {1} {source}", place.x, place.y)]
+    TooLarge {
+        /// Index of the step.
+        step: usize,
+        /// Where.
+        place: DVec2,
+        /// How far.
+        source: MagnitudeError,
+    },
+    /// All of the surface comes to be as small as a point.
+    #[error("the deformed surface is too small: {source}")]
+    TooSmall {
+        /// How small.
+        source: MagnitudeError,
     },
     /// A step along a normal or tangent, where there is none.
     #[error("at u = {0}, v = {1} the surface has no normal or tangent that the field could follow", place.x, place.y)]
@@ -76,11 +104,14 @@ pub enum CoverError {
         place: DVec2,
     },
     /// The surface has too much detail.
-    #[error("more than {MAX_CELLS} cells would be needed, up to u = {0}, v = {1}: the surface has too many waves, or a curve along which an expression is not smooth", place.x, place.y)]
+    #[error("more than {MAX_CELLS} cells would be needed, up to u = {0}, v = {1}: the surface has too many waves, or a curve along which an expression is not smooth, or lies too far from the origin for its size", place.x, place.y)]
     TooMany {
         /// How far they came.
         place: DVec2,
     },
+    /// There is too little memory for so many cells.
+    #[error(transparent)]
+    Memory(#[from] OutOfMemory),
     /// No bounds were found.
     #[error("about u = {0}, v = {1} the surface is not smooth enough to be bounded: an expression has a singular point or curve there", place.x, place.y)]
     Unbounded {
@@ -93,8 +124,10 @@ impl CoverError {
     /// Index of the step at fault, if it is one.
     pub const fn step(&self) -> Option<usize> {
         match self {
-            Self::NotFinite { step, .. } | Self::NoNormal { step, .. } => Some(*step),
-            Self::TooMany { .. } | Self::Unbounded { .. } => None,
+            Self::NotFinite { step, .. } | Self::TooLarge { step, .. } | Self::NoNormal { step, .. } => {
+                Some(*step)
+            }
+            Self::TooSmall { .. } | Self::TooMany { .. } | Self::Memory(_) | Self::Unbounded { .. } => None,
         }
     }
 }
@@ -104,11 +137,13 @@ impl CoverError {
 pub struct CoverSettings {
     /// Whether a patch that lies in one knot box is composed with a volume of low degree, instead of being covered.
     pub composes: bool,
+    /// The most memory that the process may have.
+    pub memory: MemoryLimit,
 }
 
 impl Default for CoverSettings {
     fn default() -> Self {
-        Self { composes: true }
+        Self { composes: true, memory: MemoryLimit::NONE }
     }
 }
 
@@ -129,9 +164,10 @@ pub fn cover(base: &Shell, chain: &Arc<Chain>, settings: CoverSettings) -> Resul
     let size = size(base.faces(), chain)?;
     let numbered: Vec<_> = base.iter().collect();
     let common = base.numbers().count();
+    let work = Work::default();
     let covered: Result<Vec<_>, _> = numbered
         .par_iter()
-        .map(|face| cover_face(*face, chain, Shell::new(VertexNumbers::new(common)), (size, settings)))
+        .map(|face| cover_face(*face, chain, Shell::new(VertexNumbers::new(common)), (size, settings, &work)))
         .collect();
     let mut all = Covered { shell: Shell::new(base.numbers().clone()), knot_boxes: BTreeSet::new() };
     for Covered { shell, knot_boxes } in covered? {
@@ -155,13 +191,17 @@ fn size(base: &[Face], chain: &Arc<Chain>) -> Result<f64, CoverError> {
                 for corner in corners {
                     let st = middle.lerp(*corner, part);
                     let position = formula.position(st, &mut ByValue);
-                    if !position.is_finite() {
+                    if magnitude::greatest([position]) > LARGEST {
                         return Err(fault(&formula, st));
                     }
                     bounds = [bounds[0].min(position), bounds[1].max(position)];
                 }
             }
         }
+    }
+    let extent = (bounds[1] - bounds[0]).max_element();
+    if extent < SMALLEST {
+        return Err(CoverError::TooSmall { source: MagnitudeError::TooSmall(extent) });
     }
     Ok((bounds[1] - bounds[0]).length())
 }
@@ -182,6 +222,10 @@ fn fault(formula: &Formula, st: DVec2) -> CoverError {
         if !made.is_finite() {
             return CoverError::NotFinite { step, place };
         }
+        let most = magnitude::greatest([made]);
+        if most > LARGEST {
+            return CoverError::TooLarge { step, place, source: MagnitudeError::TooLarge(most) };
+        }
     }
     CoverError::Unbounded { place }
 }
@@ -191,7 +235,7 @@ fn cover_face(
     (base, vertices): (&Face, &[u32]),
     chain: &Arc<Chain>,
     mut cells: Shell,
-    (size, settings): (f64, CoverSettings),
+    (size, settings, work): (f64, CoverSettings, &Work),
 ) -> Result<Covered, CoverError> {
     let mut base = base.clone();
     let mut knot_boxes = BTreeSet::new();
@@ -211,10 +255,12 @@ fn cover_face(
     let stretch: f64 = chain.steps()[done..].iter().map(Step::lipschitz_bound).product();
     let formula = Formula { base: base.patch.clone(), chart: base.chart, chain: chain.clone(), done };
     let mut cover = Cover {
+        work,
         boundary_error: if base.boundary_error > 0.0 { base.boundary_error * stretch } else { 0.0 },
         base,
         formula: Arc::new(formula),
         size,
+        memory: settings.memory,
         cells: Vec::new(),
         knot_boxes,
     };
@@ -223,8 +269,8 @@ fn cover_face(
         LoopPart { polygon: trim_loop.polygon, face: trim_loop.face, corners }
     };
     let parts: Vec<_> = cover.base.region.loops().map(part).collect();
-    let mut cuts = LineCuts::new(cells.numbers_mut());
-    cover.split([DVec2::ZERO, DVec2::ONE], [0, 0], &parts, &mut cuts)?;
+    let whole = Part { rectangle: [DVec2::ZERO, DVec2::ONE], halvings: [0, 0], loops: Rc::new(parts) };
+    cover.cover(whole, &mut LineCuts::new(cells.numbers_mut()))?;
     for (cell, vertices) in cover.cells {
         cells.push(cell, &vertices);
     }
@@ -260,12 +306,21 @@ fn composed(patch: &BezierPatch, volume: &SplineVolume) -> Option<(BezierPatch, 
     (made.has_positive_weights() && made.is_finite()).then_some((made, knot_box))
 }
 
+/// What has been done for a surface; its base patches are covered side by side.
+#[derive(Default)]
+struct Work {
+    cells: AtomicUsize,
+    rectangles: AtomicUsize,
+}
+
 /// A base patch being covered.
-struct Cover {
+struct Cover<'a> {
+    work: &'a Work,
     base: Face,
     formula: Arc<Formula>,
     boundary_error: f64,
     size: f64,
+    memory: MemoryLimit,
     /// With the vertices of their corners.
     cells: Vec<(Face, Vec<u32>)>,
     knot_boxes: BTreeSet<(usize, Option<KnotBox>)>,
@@ -277,21 +332,40 @@ enum Fit {
     Halve(usize),
 }
 
-impl Cover {
-    /// Covers a rectangle, of which parts are given that hold the trim's.
-    fn split(
-        &mut self,
-        rectangle: [DVec2; 2],
-        halvings: [u32; 2],
-        parts: &[LoopPart],
-        cuts: &mut LineCuts<'_>,
-    ) -> Result<(), CoverError> {
-        let parts: Vec<_> = parts.iter().filter_map(|part| part.clipped(rectangle, cuts)).collect();
+/// A part of a base patch that is still to be covered.
+struct Part {
+    rectangle: [DVec2; 2],
+    /// How often each side has been halved.
+    halvings: [u32; 2],
+    /// What of the trim's loops is in it, and perhaps more of them.
+    loops: Rc<Vec<LoopPart>>,
+}
+
+impl Cover<'_> {
+    /// Covers a part. The parts that wait are on a list and not on the thread's stack, which bounds over 17 discs fill soon.
+    fn cover(&mut self, whole: Part, cuts: &mut LineCuts<'_>) -> Result<(), CoverError> {
+        let mut waiting = vec![whole];
+        while let Some(part) = waiting.pop() {
+            if let Some([first, second]) = self.split(&part, cuts)? {
+                waiting.extend([second, first]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes cells of a part, or halves of it.
+    fn split(&mut self, part: &Part, cuts: &mut LineCuts<'_>) -> Result<Option<[Part; 2]>, CoverError> {
+        let &Part { rectangle, mut halvings, ref loops } = part;
+        let parts: Vec<_> = loops.iter().filter_map(|part| part.clipped(rectangle, cuts)).collect();
         if parts.is_empty() {
-            return Ok(());
+            return Ok(None);
+        }
+        if self.cells.len() % CELLS_BETWEEN_CHECKS == CELLS_BETWEEN_CHECKS - 1 {
+            self.memory.check("covering the surface by cells", self.cells.len() as u64 * CELL_BYTES)?;
         }
         let region = &local_region(&parts, rectangle);
         let discs = discs(rectangle);
+        self.work.rectangles.fetch_add(1, Ordering::Relaxed);
         let mut axis = usize::from(halvings[1] < halvings[0]);
         let found = pieces(|possible| self.formula.range(discs, possible));
         // far from its own border a piece may be steep, and rays would look there for nothing
@@ -318,16 +392,17 @@ impl Cover {
                             Cell { formula, low, size: high - low, piece, error, leads },
                             degree,
                             region,
-                        );
+                        )?;
                         leads = false;
                     }
                 }
-                return Ok(());
+                return Ok(None);
             }
         }
         let [low, high] = rectangle;
         let middle = 0.5 * (low + high);
-        if self.cells.len() >= MAX_CELLS {
+        let cells = self.work.cells.load(Ordering::Relaxed);
+        if cells >= MAX_CELLS || self.work.rectangles.load(Ordering::Relaxed) >= MAX_RECTANGLES {
             let place = self.formula.place(middle);
             return Err(CoverError::TooMany { place });
         }
@@ -335,14 +410,14 @@ impl Cover {
             axis = 1 - axis;
         }
         if halvings[axis] == MAX_HALVINGS {
-            return self.push_point(rectangle, region);
+            return self.push_point(rectangle, region).map(|()| None);
         }
-        let mut halvings = halvings;
         halvings[axis] += 1;
         let (mut first, mut second) = (high, low);
         (first[axis], second[axis]) = (middle[axis], middle[axis]);
-        self.split([low, first], halvings, &parts, cuts)?;
-        self.split([second, high], halvings, &parts, cuts)
+        let loops = Rc::new(parts);
+        let half = |rectangle| Part { rectangle, halvings, loops: loops.clone() };
+        Ok(Some([[low, first], [second, high]].map(half)))
     }
 
     /// The least degrees that are accurate, by the discs from the second on of a piece's range.
@@ -379,6 +454,7 @@ impl Cover {
 
     /// Whether a piece may have a part in a rectangle.
     fn occurs(&self, piece: &Piece, [low, high]: [DVec2; 2], halvings: u32) -> bool {
+        self.work.rectangles.fetch_add(1, Ordering::Relaxed);
         match overlap(&self.formula, piece, discs([low, high])) {
             Overlap::None => false,
             Overlap::Whole => true,
@@ -396,13 +472,18 @@ impl Cover {
         }
     }
 
-    fn push(&mut self, cell: Cell, degree: [usize; 2], region: &(Region, Vec<u32>)) {
+    fn push(
+        &mut self,
+        cell: Cell,
+        degree: [usize; 2],
+        region: &(Region, Vec<u32>),
+    ) -> Result<(), CoverError> {
         let point = |st: DVec2| {
             self.formula.position(cell.low + st * cell.size, &mut cell.piece.branch_list()).extend(1.0)
         };
         let Interpolant { control_points, residual } = interpolate(degree, point);
         let rounding = 3_f64.sqrt() * lebesgue(degree[0]) * lebesgue(degree[1]) * residual;
-        self.add(cell, degree, (control_points, rounding), region);
+        self.add(cell, degree, (control_points, rounding), region)
     }
 
     /// Whether a point of a cell is outside the volume of a step.
@@ -439,8 +520,7 @@ impl Cover {
         if corners.iter().any(|corner| !corner.is_finite()) {
             return Err(fault(&formula, middle));
         }
-        self.add(cell, [1, 1], (corners.to_vec(), 0.0), region);
-        Ok(())
+        self.add(cell, [1, 1], (corners.to_vec(), 0.0), region)
     }
 
     fn add(
@@ -449,8 +529,12 @@ impl Cover {
         degree: [usize; 2],
         (control_points, rounding): (Vec<DVec4>, f64),
         region: &(Region, Vec<u32>),
-    ) {
-        cell.error += rounding + self.formula.rounding(magnitude(&control_points));
+    ) -> Result<(), CoverError> {
+        let most = magnitude::greatest(control_points.iter().map(|point| point.truncate()));
+        if most > LARGEST {
+            return Err(fault(&self.formula, cell.low + 0.5 * cell.size));
+        }
+        cell.error += rounding + self.formula.rounding(most);
         let middle = cell.low + 0.5 * cell.size;
         for (step, knot_box) in cell.formula.knot_boxes(&mut cell.piece.branch_list(), middle) {
             if knot_box.is_some() || !cell.piece.has_borders() || self.is_outside(&cell, step) {
@@ -462,13 +546,10 @@ impl Cover {
         let chart = self.base.chart.restricted(cell.low, cell.low + cell.size);
         let exact = (self.boundary_error, Some(Arc::new(cell) as Arc<_>));
         let (region, vertices) = region.clone();
+        self.work.cells.fetch_add(1, Ordering::Relaxed);
         self.cells.push((self.base.replaced(chart, patch, region, exact), vertices));
+        Ok(())
     }
-}
-
-/// The greatest coordinate of control points of weight 1.
-fn magnitude(control_points: &[DVec4]) -> f64 {
-    control_points.iter().fold(0.0, |most, point| most.max(point.truncate().abs().max_element()))
 }
 
 /// The greatest radius of three coordinates' discs of one number.

@@ -21,7 +21,7 @@ use trimray::scene::{SceneDescription, parse_scene, parse_size, validate_film};
 use super::own_inputs::check_not_inputs;
 use super::progress::spinner;
 use super::{
-    CliError, INTERRUPTED, PictureArgs, check_interrupted, encoded, install, parse_tolerance, print_result,
+    CliError, INTERRUPTED, LimitArgs, check_interrupted, encoded, install, parse_tolerance, print_result,
     thread_count,
 };
 
@@ -61,7 +61,7 @@ pub(super) struct CompareArgs {
     #[arg(long)]
     least_squares: bool,
     #[command(flatten)]
-    pictures: PictureArgs,
+    limits: LimitArgs,
     /// Print report.json to stdout too
     #[arg(long)]
     json: bool,
@@ -121,7 +121,8 @@ impl CompareArgs {
     fn scene(&self, path: &Path) -> Result<SceneDescription, CliError> {
         let mut scene = parse_scene(path)?;
         scene.least_squares = self.least_squares;
-        scene.pictures = self.pictures.limits();
+        scene.pictures = self.limits.pictures();
+        scene.memory = self.limits.memory();
         let [width, height] = scene.film.size;
         scene.film.crop = None;
         scene.film.size = self.size.unwrap_or_else(|| {
@@ -182,7 +183,7 @@ impl CompareArgs {
         let settings = PictureIdentity::new(made.scene, made.built);
         let header = settings.header(made.scene, made.camera);
         write_exr(&path, &made.result.image, &header)?;
-        read_layers_within(&path, self.pictures.limits()).map_err(|error| CliError::Failed(error.into()))
+        read_layers_within(&path, self.limits.pictures()).map_err(|error| CliError::Failed(error.into()))
     }
 }
 

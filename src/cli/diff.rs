@@ -20,7 +20,7 @@ use trimray::film::{LayeredPicture, read_layers_within};
 use trimray::output::check_writable;
 
 use super::own_inputs::check_not_inputs;
-use super::{CliError, PictureArgs, check_ending, check_interrupted, print_result};
+use super::{CliError, LimitArgs, check_ending, check_interrupted, print_result};
 
 /// The exit codes of idiff, as its manual has them.
 const WARNED: u8 = 1;
@@ -141,7 +141,7 @@ pub(super) struct DiffArgs {
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
     #[command(flatten)]
-    pictures: PictureArgs,
+    limits: LimitArgs,
     /// Say only that they differ
     #[arg(short, long)]
     quiet: bool,
@@ -219,7 +219,7 @@ fn compare_files(args: &DiffArgs) -> Result<ExitCode, CliError> {
     if !args.quiet && !args.json {
         print_result(&format!("Comparing \"{}\" and \"{}\"\n", paths[0].display(), paths[1].display()))?;
     }
-    let [reference, test] = match paths.map(|path| read_layers_within(path, args.pictures.limits())) {
+    let [reference, test] = match paths.map(|path| read_layers_within(path, args.limits.pictures())) {
         [Ok(reference), Ok(test)] => [reference, test],
         failed => {
             for error in failed.into_iter().filter_map(Result::err) {
@@ -231,12 +231,10 @@ fn compare_files(args: &DiffArgs) -> Result<ExitCode, CliError> {
     check_interrupted()?;
     let [reference, test] = match args.outside {
         None => [reference, test],
-        Some(OutsidePixels::Black) => {
-            match with_black_outside(&[reference, test], args.pictures.max_pixels) {
-                Ok(wide) => wide,
-                Err(mismatch) => return args.different(paths, &mismatch, started),
-            }
-        }
+        Some(OutsidePixels::Black) => match with_black_outside(&[reference, test], args.limits.max_pixels) {
+            Ok(wide) => wide,
+            Err(mismatch) => return args.different(paths, &mismatch, started),
+        },
     };
     let comparison = match compare(&reference, &test, &settings) {
         Ok(comparison) => comparison,
@@ -310,6 +308,7 @@ impl DiffArgs {
             ztest: self.ztest,
             metrics: self.metric.clone(),
             metric_fail,
+            keep_colours: [&self.sidebyside, &self.flip, &self.html].iter().any(|path| path.is_some()),
         })
     }
 

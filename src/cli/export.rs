@@ -10,13 +10,15 @@ use clap::{Args, ValueEnum};
 use trimray::arrays::write_npy;
 use trimray::export::{
     LengthUnit, MITSUBA_NAMES, MITSUBA_SCENE, NamedMesh, Precision, Schema, StepObject, StepReport,
-    StepSettings, exact_patches, is_exported, mitsuba_scene, obj, ply, step,
+    StepSettings, is_exported, mitsuba_scene, obj, ply, step, write_exact_patches,
 };
 use trimray::model::Representation;
-use trimray::output::{OwnFolder, check_folder_writable, check_writable, write_folder_whole, write_whole};
+use trimray::output::{
+    OwnFolder, check_folder_writable, check_writable, write_folder_whole, write_whole, write_whole_by,
+};
 use trimray::scene::{BuiltScene, SceneDescription};
 use trimray::shade::Material;
-use trimray::tessellate::{Fineness, TessellateError, tessellate};
+use trimray::tessellate::{Fineness, TessellateError, tessellate_within};
 
 use super::own_inputs::{check_not_inputs, check_replaces_no_inputs};
 use super::{CliError, INTERRUPTED, SceneArgs, checked_camera, parse_tolerance};
@@ -128,7 +130,7 @@ pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
     }
     let built = args.scene.build(&scene, args.quiet)?;
     match format {
-        Format::Json => write_whole(&args.output, &exact_patches(&built).context("the JSON")?)?,
+        Format::Json => write_whole_by(&args.output, |file| write_exact_patches(&built, file))?,
         Format::Step => args.write_step(&scene, &built)?,
         Format::Obj => write_whole(&args.output, obj(&args.meshes(&scene, &built)?).as_bytes())?,
         Format::Ply => write_whole(&args.output, &ply(&args.meshes(&scene, &built)?, Precision::Double))?,
@@ -222,9 +224,11 @@ impl ExportArgs {
                 (None, Some(level)) => Fineness::Level(level),
                 (None, None) => Fineness::Tolerance(TOLERANCE * (high - low).length()),
             };
-            let made = self.scene.install(|| tessellate(object, fineness, &INTERRUPTED))?;
+            let memory = self.scene.limits.memory();
+            let made = self.scene.install(|| tessellate_within(object, fineness, &INTERRUPTED, memory))?;
             let mesh = made.map_err(|error| match error {
                 TessellateError::Interrupted => CliError::Interrupted,
+                TessellateError::Memory(error) => CliError::Memory(error),
                 other => CliError::Input(format!("object {:?}: {other}", object.name)),
             })?;
             if !self.quiet {

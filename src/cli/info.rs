@@ -8,12 +8,15 @@ use clap::Args;
 use serde::Serialize;
 
 use trimray::export::to_json;
-use trimray::model::{BuiltLattice, TriangularCounts};
+use trimray::model::{BuiltLattice, TriangularCounts, bounds_of};
 use trimray::scene::{BuiltScene, ObjectDescription, SceneDescription};
-use trimray::spline::{Orientation, orientation};
+use trimray::spline::{Orientation, orientations};
 
 use super::statistics::{Acceleration, Sample, readable};
 use super::{CliError, SceneArgs, print_result};
+
+/// How much too large an object's box may be, in parts of its size.
+const TIGHTNESS: f64 = 1e-4;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: trimray info scenes/feng_fig07.toml --json")]
@@ -146,7 +149,7 @@ fn object_info(built: &BuiltScene, object: usize, description: &ObjectDescriptio
         closed: traced.shell.topology().is_closed(),
         injective: folds.iter().all(|(injective, _)| *injective),
         fold_overs: folds.iter().map(|(_, fold_overs)| fold_overs).sum(),
-        bounds: built.traced.object_bounds(object).map(|corner| corner.to_array()),
+        bounds: bounds_of(traced.faces(), TIGHTNESS).map(|corner| corner.to_array()),
         bytes: traced.shell.bytes(),
         notes: made
             .notes
@@ -162,8 +165,7 @@ fn object_info(built: &BuiltScene, object: usize, description: &ObjectDescriptio
 /// Whether the volume is proved to be locally one to one in all knot boxes that hold a piece of the object, and in how
 /// many of them it folds over.
 fn folds(built: &BuiltLattice) -> (bool, usize) {
-    let found: Vec<_> =
-        built.knot_boxes.iter().map(|&knot_box| orientation(&built.volume, knot_box)).collect();
+    let found = orientations(&built.volume, built.knot_boxes.iter());
     let injective = found.iter().all(|&orientation| orientation == Orientation::Positive);
     let fold_overs = found.iter().filter(|&&orientation| orientation == Orientation::FoldsOver).count();
     (injective, fold_overs)

@@ -29,6 +29,7 @@ use clap::{Args, Parser, Subcommand};
 use thiserror::Error;
 
 use trimray::film::{FilmSettings, PictureLimits};
+use trimray::memory::{MemoryLimit, OutOfMemory};
 use trimray::output::OutputError;
 use trimray::scene::{BuiltScene, SceneDescription, SceneError, parse_scene};
 use trimray::shade::{Camera, CameraSettings};
@@ -78,21 +79,31 @@ struct SceneArgs {
     #[arg(long)]
     least_squares: bool,
     #[command(flatten)]
-    pictures: PictureArgs,
+    limits: LimitArgs,
 }
 
-/// What every command that reads pictures takes.
+/// Bounds on what files may ask for, which every command takes.
 #[derive(Clone, Copy, Debug, Args)]
-struct PictureArgs {
+struct LimitArgs {
     /// Most pixels that a picture which is read may have
     #[arg(long, value_name = "N", default_value_t = PictureLimits::default().max_pixels,
           value_parser = clap::value_parser!(u64).range(1..))]
     max_pixels: u64,
+    /// Most memory to take, such as 512M or 4G; what would need more ends with exit code 1 before it takes it [default: 80 % of
+    /// the machine's or its control group's]
+    #[arg(long, value_name = "SIZE")]
+    max_memory: Option<MemoryLimit>,
 }
 
-impl PictureArgs {
-    const fn limits(self) -> PictureLimits {
-        PictureLimits { max_pixels: self.max_pixels }
+impl LimitArgs {
+    /// The most memory that the process may have.
+    fn memory(self) -> MemoryLimit {
+        self.max_memory.unwrap_or_else(MemoryLimit::of_machine)
+    }
+
+    /// Bounds on pictures that are read.
+    fn pictures(self) -> PictureLimits {
+        PictureLimits { max_pixels: self.max_pixels, memory: self.memory() }
     }
 }
 
@@ -108,6 +119,9 @@ enum CliError {
     /// A file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// There is too little memory.
+    #[error(transparent)]
+    Memory(#[from] OutOfMemory),
     /// Ctrl-C, or the signal to end.
     #[error("interrupted")]
     Interrupted,
@@ -120,6 +134,7 @@ impl CliError {
     /// 1: the work failed; 2: bad command line or bad input.
     fn exit_code(&self) -> u8 {
         match self {
+            Self::Scene(error) if error.lacks_memory() => 1,
             Self::Scene(_) | Self::Input(_) => 2,
             Self::Output(
                 OutputError::NoFolder { .. }
@@ -127,7 +142,7 @@ impl CliError {
                 | OutputError::IsFile { .. }
                 | OutputError::Taken { .. },
             ) => 2,
-            Self::Output(_) | Self::Interrupted | Self::Failed(_) => 1,
+            Self::Output(_) | Self::Memory(_) | Self::Interrupted | Self::Failed(_) => 1,
         }
     }
 }
@@ -174,7 +189,8 @@ impl SceneArgs {
     fn parse(&self) -> Result<SceneDescription, CliError> {
         let mut scene = parse_scene(&self.scene)?;
         scene.least_squares = self.least_squares;
-        scene.pictures = self.pictures.limits();
+        scene.pictures = self.limits.pictures();
+        scene.memory = self.limits.memory();
         if let Some(method) = self.method {
             for object in &mut scene.objects {
                 object.method = method;

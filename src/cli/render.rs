@@ -116,6 +116,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
         checkpoint: checkpoint.as_ref(),
         resume: resume.as_ref(),
         preview: preview.as_ref(),
+        memory: args.scene.limits.memory(),
         ..RenderControl::new(&INTERRUPTED)
     };
     let rendered = built.render(&camera, &scene.film, &scene.render, &control);
@@ -125,6 +126,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
             RenderError::Interrupted => CliError::Interrupted,
             RenderError::Checkpoint(error) => CliError::Input(error.to_string()),
             RenderError::Output(error) => CliError::Output(error),
+            RenderError::Memory(error) => CliError::Memory(error),
             other => CliError::Failed(other.into()),
         })?;
     if statistics.non_finite_samples > 0 {

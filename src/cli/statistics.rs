@@ -14,6 +14,9 @@ use super::{CliError, checked_camera};
 /// The sample's rays are one for each cell of a square grid of this many cells a side.
 const SAMPLE_SIDE: u32 = 64;
 
+/// Boxes that clipping may examine for the sample; then it ends, for a smaller one shows as well what rays cost.
+const MAX_BOXES: u64 = 1 << 17;
+
 /// The acceleration structure and what it cost.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Acceleration {
@@ -116,7 +119,13 @@ impl Sample {
         // a scene as large as the numbers go has no sphere around it
         rays.retain(Ray::is_traceable);
         let mut tracer = built.traced.tracer();
-        let hits = rays.iter().filter(|ray| tracer.closest(ray).is_some()).count();
+        let mut hits = 0;
+        for ray in &rays {
+            hits += usize::from(tracer.closest(ray).is_some());
+            if tracer.statistics().boxes > MAX_BOXES {
+                break;
+            }
+        }
         let counted = tracer.statistics();
         Ok(Self { from, rays: counted.rays, hits, per_ray: counted.per_ray().collect() })
     }

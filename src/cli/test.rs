@@ -19,7 +19,7 @@ use self::outputs::Tested;
 use super::diff::threshold;
 use super::own_inputs::check_not_inputs;
 use super::progress::spinner;
-use super::{CliError, INTERRUPTED, PictureArgs, check_ending, install, print_result, thread_count};
+use super::{CliError, INTERRUPTED, LimitArgs, check_ending, install, print_result, thread_count};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -74,7 +74,7 @@ pub(super) struct TestArgs {
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     #[command(flatten)]
-    pictures: PictureArgs,
+    limits: LimitArgs,
     /// Tell only of failures
     #[arg(short, long)]
     quiet: bool,
@@ -83,7 +83,8 @@ pub(super) struct TestArgs {
 pub(super) fn run(args: &TestArgs) -> Result<ExitCode, CliError> {
     let threads = thread_count(args.threads)?;
     let found = find_tests(&args.folder, args.references.as_deref())?;
-    let control = RenderControl { threads, ..RenderControl::new(&INTERRUPTED) };
+    let memory = args.limits.memory();
+    let control = RenderControl { threads, memory, ..RenderControl::new(&INTERRUPTED) };
     if args.bless.is_empty() {
         args.check_outputs(&found)?;
         let chosen = args.chosen(&found)?;
@@ -144,7 +145,7 @@ impl TestArgs {
         control: &RenderControl<'_>,
     ) -> Result<ExitCode, CliError> {
         let judge = JudgeSettings { fail: self.fail, ztest: self.ztest };
-        let settings = TestSettings { seed: self.seed, judge, pictures: self.pictures.limits() };
+        let settings = TestSettings { seed: self.seed, judge, pictures: self.limits.pictures() };
         let warnings: Vec<_> = found.unused.iter().map(|path| unused(path)).collect();
         for warning in warnings.iter().filter(|_| !self.quiet) {
             say!("trimray: {warning}");
@@ -170,7 +171,7 @@ impl TestArgs {
     }
 
     fn bless(&self, chosen: &[&SceneTest], control: &RenderControl<'_>) -> Result<ExitCode, CliError> {
-        let settings = BlessSettings { spp: self.spp, force: self.force, pictures: self.pictures.limits() };
+        let settings = BlessSettings { spp: self.spp, force: self.force, pictures: self.limits.pictures() };
         let bar = spinner(self.quiet);
         for test in chosen {
             bar.set_message(test.name.clone());

@@ -1,5 +1,6 @@
 //! `trimray trace`.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -12,6 +13,7 @@ use serde::Serialize;
 
 use trimray::arrays::{NamedArray, Values, read_f64, write_npz};
 use trimray::export::to_json;
+use trimray::memory::MemoryLimit;
 use trimray::output::check_writable;
 use trimray::trace::{Ray, RayTracer, SurfaceInteraction, TraceStatistics, TracedScene, Tracer};
 
@@ -21,6 +23,12 @@ use super::{CliError, SceneArgs, check_interrupted, print_result};
 
 /// Rays handed to a thread at once: enough to hide the handing out, few enough to share the work and notice Ctrl-C.
 const CHUNK: usize = 1024;
+
+/// Memory that the hit of a ray takes: as it is found, by threads and all together, and as numbers of the arrays.
+const HIT_BYTES: u64 = 2 * 256 + 2 * 160;
+
+/// The same if it is only asked whether there is one.
+const ANY_BYTES: u64 = 4;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example: trimray trace scenes/feng_fig07.toml --rays rays.npy -o hits.npz
@@ -70,8 +78,12 @@ pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
     let scene = args.scene.parse()?;
     check_not_inputs(&[&args.output], &[&scene.files()[..], &[&args.rays]].concat())?;
     check_writable(&args.output)?;
-    let rays = read_rays(&args.rays)?;
+    let memory = args.scene.limits.memory();
+    let rays = read_rays(&args.rays, memory)?;
     let built = args.scene.build(&scene, args.quiet)?;
+    let count = rays.len();
+    let kept = if args.any { ANY_BYTES } else { HIT_BYTES };
+    let promise = memory.ask(format_args!("the hits of {count} rays"), count as u64 * kept)?;
     let (arrays, mut summary) = args.scene.install(|| {
         let threads = rayon::current_num_threads();
         let Traced { arrays, hits, seconds, stats } = if args.any {
@@ -87,6 +99,7 @@ pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
     })?;
     check_interrupted()?;
     write_npz(&args.output, &arrays)?;
+    drop(promise);
     if !summary.mrays_per_second.is_finite() {
         summary.mrays_per_second = 0.0;
     }
@@ -104,7 +117,10 @@ pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
     Ok(())
 }
 
-fn read_rays(path: &Path) -> Result<Vec<Ray>, CliError> {
+fn read_rays(path: &Path, memory: MemoryLimit) -> Result<Vec<Ray>, CliError> {
+    let bytes = fs::metadata(path).map_or(0, |file| file.len());
+    // the file's bytes, its numbers, and the rays, which are of eight numbers
+    let _promise = memory.ask(format_args!("the rays of {}", path.display()), bytes.saturating_mul(4))?;
     let array = read_f64(path).map_err(|error| CliError::Input(error.to_string()))?;
     let input = |message: String| CliError::Input(format!("{}: {message}", path.display()));
     let [_, 6] = array.shape.as_slice() else {

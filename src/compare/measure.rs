@@ -202,7 +202,8 @@ impl Comparing<'_> {
     }
 
     fn render(&self, scene: &SceneDescription, built: &BuiltScene) -> Result<Image, CompareError> {
-        let control = RenderControl { threads: self.settings.threads, ..RenderControl::new(self.cancel) };
+        let (threads, memory) = (self.settings.threads, scene.memory);
+        let control = RenderControl { threads, memory, ..RenderControl::new(self.cancel) };
         let Rendered { image, .. } = built.render(self.camera, &scene.film, &scene.render, &control)?;
         Ok(image)
     }

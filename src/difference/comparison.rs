@@ -6,7 +6,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::angle::{Angles, angles};
-use super::colours::Colours;
+use super::colours::{ColourChannels, Colours};
 use super::metrics::{self, ErrorMap, Measured, Metric};
 use super::pairing::{ChannelPair, LayerKind, LayerPair, Mismatch, PartPair, pair};
 use super::pixels::{Counts, Figures, Measured as Into, Status, measure};
@@ -31,6 +31,8 @@ pub struct CompareSettings {
     pub metrics: Vec<Metric>,
     /// The greatest value of each metric that does not fail; of similarities the least.
     pub metric_fail: Option<f64>,
+    /// Whether the colours are kept, for people to look at.
+    pub keep_colours: bool,
 }
 
 /// Why there is no comparison.
@@ -107,7 +109,7 @@ pub struct Comparison {
     /// The greatest absolute difference of each pixel's colours, or, without colours, of everything in parts of each layer's
     /// greatest.
     pub errors: ErrorMap,
-    /// The colours of the first part, if it has any.
+    /// The colours of the first part, if it has any and they are kept.
     pub colours: Option<Colours>,
     /// The worst first.
     pub worst: Vec<WorstPixel>,
@@ -150,7 +152,7 @@ pub fn compare(
         );
     }
     let first = parts.first().ok_or_else(|| CompareError::Input("there is no part to compare".to_owned()))?;
-    let colours = Colours::from_part(first, srgb_encoded);
+    let colours = ColourChannels::of_part(first, srgb_encoded);
     let ztest = settings.ztest.then(|| z_test_of(first)).transpose()?;
     let mut metrics = Vec::new();
     for &metric in &settings.metrics {
@@ -172,7 +174,7 @@ pub fn compare(
         ztest,
         metrics,
         errors: ErrorMap { name: "absolute difference", size: [0; 2], values: Vec::new(), scale: 0.0 },
-        colours,
+        colours: colours.filter(|_| settings.keep_colours).map(|colours| colours.copied()),
         worst: Vec::new(),
         notes,
     };

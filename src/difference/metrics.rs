@@ -4,13 +4,17 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
-use super::colours::Colours;
-use super::flip::{PIXELS_PER_DEGREE, hdr_flip, ldr_flip, magma};
+use super::colour_picture::PicturePair;
+use super::colours::ColourChannels;
+use super::flip::{PIXELS_PER_DEGREE, hdr_flip_of_pair, ldr_flip_of_pair, magma};
 use super::pairing::Value;
-use super::ssim::ssim;
+use super::ssim::ssim_of_pair;
 use super::ulp::ulp_distance;
 use crate::choice::UnknownName;
 use crate::film::{Raster, SampleKind};
+
+/// Pixels whose errors are summed by themselves, so that a small error is not lost in a great sum.
+const PIXELS_SUMMED: usize = 4096;
 
 /// Added to the square of the reference, so that black has a relative error too.
 const RELATIVE_FLOOR: f64 = 1e-2;
@@ -120,18 +124,12 @@ pub struct Measured {
 }
 
 /// Measures two pictures. `limit` is the greatest value that does not fail, for similarities the least.
-pub(super) fn measure(metric: Metric, colours: &Colours, limit: Option<f64>) -> Measured {
+pub(super) fn measure(metric: Metric, colours: &ColourChannels<'_>, limit: Option<f64>) -> Measured {
     let mut measured = match metric {
         Metric::Ssim => similarity(colours),
-        Metric::Flip => {
-            let pixels = colours.on_screen();
-            let [reference, test] = colours.pictures(&pixels);
-            mapped("flip", colours, ldr_flip(reference, test, PIXELS_PER_DEGREE))
-        }
+        Metric::Flip => mapped("flip", colours, ldr_flip_of_pair(&colours.on_screen(), PIXELS_PER_DEGREE)),
         Metric::HdrFlip => {
-            let pixels = colours.as_light();
-            let [reference, test] = colours.pictures(&pixels);
-            mapped("hdrflip", colours, hdr_flip(reference, test, PIXELS_PER_DEGREE).map)
+            mapped("hdrflip", colours, hdr_flip_of_pair(&colours.as_light(), PIXELS_PER_DEGREE).map)
         }
         _ => mean(metric, colours),
     };
@@ -142,12 +140,17 @@ pub(super) fn measure(metric: Metric, colours: &Colours, limit: Option<f64>) -> 
 }
 
 /// Means of errors of single values.
-fn mean(metric: Metric, colours: &Colours) -> Measured {
+fn mean(metric: Metric, colours: &ColourChannels<'_>) -> Measured {
     let (mut sum, mut most, mut count, mut left_out) = (0.0, 0.0_f64, 0_usize, 0);
-    let [reference, test] = &colours.pixels;
-    for (theirs, ours) in reference.chunks(4096).zip(test.chunks(4096)) {
+    let [width, height] = colours.size();
+    for start in (0..width * height).step_by(PIXELS_SUMMED) {
         let mut part = 0.0;
-        for (&b, &a) in theirs.as_flattened().iter().zip(ours.as_flattened()) {
+        let places = start..(start + PIXELS_SUMMED).min(width * height);
+        let pairs = places.flat_map(|place| {
+            let [theirs, ours] = [0, 1].map(|which| colours.colour(which, place));
+            [0, 1, 2].map(|channel| (theirs[channel], ours[channel]))
+        });
+        for (b, a) in pairs {
             if !(a.is_finite() && b.is_finite()) {
                 left_out += 1;
                 continue;
@@ -174,17 +177,15 @@ fn mean(metric: Metric, colours: &Colours) -> Measured {
     Measured { name: metric.name(), mean, max, left_out, fails: false, map: None }
 }
 
-fn similarity(colours: &Colours) -> Measured {
-    let pixels = colours.on_screen();
-    let [reference, test] = colours.pictures(&pixels);
-    let found = ssim(reference, test);
+fn similarity(colours: &ColourChannels<'_>) -> Measured {
+    let found = ssim_of_pair(&colours.on_screen());
     #[expect(clippy::cast_possible_truncation, reason = "maps are in single precision")]
     let values = found.map.iter().map(|similarity| (1.0 - similarity) as f32).collect();
     let map = ErrorMap { name: "1 - ssim", size: colours.size(), values, scale: 1.0 };
     Measured { name: "ssim", mean: found.mean, max: None, left_out: 0, fails: false, map: Some(map) }
 }
 
-fn mapped(name: &'static str, colours: &Colours, values: Vec<f32>) -> Measured {
+fn mapped(name: &'static str, colours: &ColourChannels<'_>, values: Vec<f32>) -> Measured {
     let mean = values.iter().copied().map(f64::from).sum::<f64>() / values.len().max(1) as f64;
     let max = values.iter().copied().fold(0.0, f32::max);
     let map = ErrorMap { name, size: colours.size(), values, scale: 1.0 };
@@ -194,17 +195,18 @@ fn mapped(name: &'static str, colours: &Colours, values: Vec<f32>) -> Measured {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Area;
+    use crate::difference::pairing::pair;
+    use crate::difference::testing::picture;
 
-    fn colours(reference: f32, test: f32, encoded: bool) -> Colours {
-        let area = Area { x: 0, y: 0, width: 16, height: 16 };
-        let pixels = [reference, test].map(|value| vec![[value; 3]; area.pixels()]);
-        Colours { area, pixels, srgb_encoded: [encoded; 2] }
+    /// Measures two pictures of one grey each.
+    fn measured(metric: Metric, [reference, test]: [f32; 2], encoded: bool, limit: Option<f64>) -> Measured {
+        let [reference, test] = [reference, test].map(|value| picture([16, 16], &[("Y", value)]));
+        let (parts, _) = pair(&reference, &test, false).unwrap();
+        measure(metric, &ColourChannels::of_part(&parts[0], [encoded; 2]).unwrap(), limit)
     }
 
     #[test]
     fn means_of_constant_differences() {
-        let colours = colours(0.5, 0.75, false);
         let cases = [
             (Metric::Mae, 0.25),
             (Metric::Mse, 0.0625),
@@ -214,7 +216,7 @@ mod tests {
             (Metric::Ulp, f64::from(1_u32 << 22)),
         ];
         for (metric, want) in cases {
-            let got = measure(metric, &colours, None);
+            let got = measured(metric, [0.5, 0.75], false, None);
             assert!((got.mean / want - 1.0).abs() < 1e-12, "{}: {} is not {want}", got.name, got.mean);
         }
     }
@@ -222,7 +224,7 @@ mod tests {
     #[test]
     fn equal_pictures_have_no_error() {
         for (name, metric) in NAMES {
-            let got = measure(metric, &colours(0.5, 0.5, true), None);
+            let got = measured(metric, [0.5, 0.5], true, None);
             let want = match metric {
                 Metric::Psnr => f64::INFINITY,
                 Metric::Ssim => 1.0,
@@ -237,20 +239,20 @@ mod tests {
 
     #[test]
     fn limits_are_above_errors_and_below_similarities() {
-        let fails = |metric, limit| measure(metric, &colours(0.5, 0.75, false), Some(limit)).fails;
+        let fails = |metric, limit| measured(metric, [0.5, 0.75], false, Some(limit)).fails;
         assert!(fails(Metric::Mae, 0.2) && !fails(Metric::Mae, 0.3));
         assert!(fails(Metric::Psnr, 13.0) && !fails(Metric::Psnr, 12.0));
         assert!(fails(Metric::Ssim, 0.9999) && !fails(Metric::Ssim, 0.1));
         assert!(fails(Metric::Flip, 0.01) && fails(Metric::HdrFlip, 0.001));
-        let broken = measure(Metric::Flip, &colours(0.5, f32::NAN, false), Some(0.5));
+        let broken = measured(Metric::Flip, [0.5, f32::NAN], false, Some(0.5));
         assert!(broken.fails && broken.mean == 1.0, "{}", broken.mean);
     }
 
     #[test]
     fn screens_clamp() {
-        let flip = |reference, test| measure(Metric::Flip, &colours(reference, test, false), None).mean;
+        let flip = |reference, test| measured(Metric::Flip, [reference, test], false, None).mean;
         assert_eq!(flip(3.0, 7.0), 0.0, "both are white");
-        let hdr = measure(Metric::HdrFlip, &colours(3.0, 7.0, false), None).mean;
+        let hdr = measured(Metric::HdrFlip, [3.0, 7.0], false, None).mean;
         assert!(hdr > 0.01, "{hdr}");
     }
 }

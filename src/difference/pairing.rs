@@ -82,6 +82,14 @@ impl PartPair<'_> {
         }
     }
 
+    /// Where a pixel of the area is in one picture's data window.
+    pub(super) fn index(&self, which: usize, place: usize) -> Option<usize> {
+        if self.windows[which] == self.area {
+            return Some(place);
+        }
+        self.windows[which].index(self.area.place(place))
+    }
+
     /// One picture's value of a pixel.
     pub(super) fn at(&self, which: usize, channel: &LayeredChannel, index: usize) -> f64 {
         let place = self.area.place(index);

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::difference::colour_picture::{ColourPicture, Pair};
+use crate::difference::colour_picture::{ColourPicture, Pair, PicturePair};
 
 /// How far the window reaches to each side.
 const RADIUS: usize = 5;
@@ -37,9 +37,20 @@ pub struct Ssim {
 /// If the pictures' sizes differ or do not fit their pixels.
 #[must_use]
 pub fn ssim(reference: ColourPicture, test: ColourPicture) -> Ssim {
-    let Pair { size: [width, height], pixels: [reference, mut test], damaged } = Pair::new(reference, test);
-    for place in damaged {
-        test.to_mut()[place] = [1.0; 3];
+    let pictures = [reference, test];
+    similarities(&Pair::checked(&pictures))
+}
+
+/// As [`ssim`], of pictures that are looked up.
+pub(super) fn ssim_of_pair(pictures: &impl PicturePair) -> Ssim {
+    similarities(&Pair::new(pictures))
+}
+
+fn similarities(pair: &Pair<'_, impl PicturePair>) -> Ssim {
+    let [width, height] = pair.size;
+    let (reference, mut test) = (pair.colours(0), pair.colours(1));
+    for &place in &pair.damaged {
+        test[place] = [1.0; 3];
     }
     let mut map = vec![0.0; width * height];
     for channel in 0..3 {

@@ -6,20 +6,42 @@ use glam::{DVec3, DVec4};
 use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter, Serializer};
 
+use crate::model::BuiltLattice;
 use crate::patch::Face;
 use crate::scene::BuiltScene;
 use crate::spline::SplineVolume;
 
-#[derive(Debug, Serialize)]
+/// What is serialized is made piece by piece, so that only one patch at a time is in memory as JSON has it.
+#[derive(Serialize)]
 struct Document<'a> {
-    objects: Vec<Object<'a>>,
+    #[serde(serialize_with = "objects")]
+    objects: &'a BuiltScene,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Serialize)]
 struct Object<'a> {
     name: &'a str,
-    volumes: Vec<Volume>,
-    patches: Vec<Patch>,
+    #[serde(serialize_with = "volumes")]
+    volumes: &'a [BuiltLattice],
+    #[serde(serialize_with = "patches")]
+    patches: &'a [Face],
+}
+
+fn objects<S: serde::Serializer>(scene: &BuiltScene, serializer: S) -> Result<S::Ok, S::Error> {
+    let pairs = scene.traced.objects().iter().zip(&scene.objects);
+    serializer.collect_seq(pairs.map(|(traced, built)| Object {
+        name: &traced.name,
+        volumes: &built.lattices,
+        patches: traced.faces(),
+    }))
+}
+
+fn volumes<S: serde::Serializer>(lattices: &[BuiltLattice], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(lattices.iter().map(|lattice| volume(&lattice.volume)))
+}
+
+fn patches<S: serde::Serializer>(faces: &[Face], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(faces.iter().map(patch))
 }
 
 #[derive(Debug, Serialize)]
@@ -68,18 +90,15 @@ struct Loop {
 /// # Errors
 /// None in practice: the document is finite and written to memory.
 pub fn exact_patches(scene: &BuiltScene) -> io::Result<Vec<u8>> {
-    let objects = scene
-        .traced
-        .objects()
-        .iter()
-        .zip(&scene.objects)
-        .map(|(traced, built)| Object {
-            name: &traced.name,
-            volumes: built.lattices.iter().map(|lattice| volume(&lattice.volume)).collect(),
-            patches: traced.faces().iter().map(patch).collect(),
-        })
-        .collect();
-    to_json(&Document { objects })
+    to_json(&Document { objects: scene })
+}
+
+/// Writes what [`exact_patches`] gives, without having all of it in memory.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_exact_patches(scene: &BuiltScene, file: &mut dyn io::Write) -> io::Result<()> {
+    write_json(&Document { objects: scene }, file)
 }
 
 fn volume(volume: &SplineVolume) -> Volume {
@@ -122,9 +141,13 @@ fn patch(trimmed: &Face) -> Patch {
 /// If serialising fails.
 pub fn to_json(value: &impl Serialize) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    value.serialize(&mut Serializer::with_formatter(&mut bytes, FullPrecision))?;
-    bytes.push(b'\n');
+    write_json(value, &mut bytes)?;
     Ok(bytes)
+}
+
+fn write_json(value: &impl Serialize, mut file: impl io::Write) -> io::Result<()> {
+    value.serialize(&mut Serializer::with_formatter(&mut file, FullPrecision))?;
+    file.write_all(b"\n")
 }
 
 struct FullPrecision;

@@ -9,7 +9,7 @@ mod step;
 pub(crate) mod xml;
 
 pub use folder::ExportedFile;
-pub use json::{exact_patches, to_json};
+pub use json::{exact_patches, to_json, write_exact_patches};
 pub use meshes::{NamedMesh, Precision, obj, ply};
 pub use mitsuba::{MITSUBA_NAMES, MITSUBA_SCENE, is_exported, mitsuba_scene};
 pub use step::{LengthUnit, MAX_STEP_DEGREE, Schema, StepError, StepObject, StepReport, StepSettings, step};

@@ -205,7 +205,7 @@ fn check_header(path: &Path, bytes: &[u8], limits: PictureLimits) -> Result<(), 
         let size = (part.layer_size.width() as u64).saturating_mul(part.layer_size.height() as u64);
         size.saturating_mul(part.channels.list.len() as u64)
     });
-    check_memory(path, numbers.fold(0, u64::saturating_add).saturating_mul(2 * 4))
+    check_memory(path, numbers.fold(0, u64::saturating_add).saturating_mul(2 * 4), limits.memory)
 }
 
 /// The least number of bytes that a part takes: its table of chunks, and its largest picture as tightly as its method packs.

@@ -6,6 +6,7 @@ use super::aov::Aov;
 use super::exposure::Exposure;
 use super::filter::Filter;
 use super::image::{Image, Window};
+use super::pixel_sums::numbers;
 use super::settings::FilmSettings;
 
 /// Pixels along a tile's side: enough work to be worth handing out, and tiles enough for all threads of a small picture.
@@ -93,6 +94,24 @@ impl Film {
     pub fn tiles(&self) -> Vec<Window> {
         let sampled = self.window.grown(self.filter.border(), self.frame());
         self.frame().tiles(TILE_SIDE).filter_map(|tile| tile.intersection(sampled)).collect()
+    }
+
+    /// Memory that a picture of so many samples a pixel takes while it is exposed, developed and encoded, about.
+    #[must_use]
+    pub fn bytes(&self, samples: u32) -> u64 {
+        let side = f64::from(TILE_SIDE);
+        let reach = (side + 2.0 * f64::from(self.filter.border())) / side;
+        let runs = f64::from((samples / Exposure::BLOCK).max(1).ilog2() + 1);
+        let sums = 8.0 * numbers(self.filter) as f64 * runs * reach * reach;
+        let channels: usize = 4 + self.aovs.iter().map(|aov| aov.components().len()).sum::<usize>();
+        // in the tiles, in the picture, as the file's channels and as its bytes
+        let layers = 4.0 * (4 * channels) as f64;
+        let Window { width, height, .. } = self.window;
+        // of a tile itself
+        let own = 1024.0 / (side * side);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let bytes = (f64::from(width) * f64::from(height) * (sums + layers + own)) as u64;
+        bytes
     }
 
     /// All pixels, the crop's or not.

@@ -133,7 +133,7 @@ fn checked_decoder<'a>(
     check_promise(path, name, size, least_bytes(format, bytes, size), bytes.len() as u64)?;
     // the numbers as decoded, as 32-bit floats of four channels, and these channel by channel
     let floats = size[0].saturating_mul(size[1]).saturating_mul(2 * 4 * 4);
-    check_memory(path, decoder.total_bytes().saturating_add(floats))?;
+    check_memory(path, decoder.total_bytes().saturating_add(floats), limits.memory)?;
     // for one strip or tile of a TIFF file beside the whole
     let mut allowed = Limits::no_limits();
     allowed.max_alloc = Some(decoder.total_bytes().saturating_mul(2).saturating_add(1 << 24));

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::memory::OutOfMemory;
+
 /// A picture as it lights or covers something.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
@@ -68,6 +70,9 @@ pub enum PictureError {
         /// The limit.
         max_pixels: u64,
     },
+    /// The picture takes more memory than is allowed.
+    #[error(transparent)]
+    Limit(#[from] OutOfMemory),
     /// There is not enough memory for the picture.
     #[error("{}: takes {bytes} bytes of memory, more than there are", path.display())]
     Memory {

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use crate::memory::MemoryLimit;
+
 use super::picture::PictureError;
 
 /// Bounds on the pictures that are read.
@@ -9,18 +11,20 @@ use super::picture::PictureError;
 pub struct PictureLimits {
     /// Most pixels of one picture (of an EXR file: of one part), columns times rows.
     pub max_pixels: u64,
+    /// The most memory that the process may have.
+    pub memory: MemoryLimit,
 }
 
 impl Default for PictureLimits {
     /// 2^30 pixels: 32768 x 32768.
     fn default() -> Self {
-        Self { max_pixels: 1 << 30 }
+        Self { max_pixels: 1 << 30, ..Self::NONE }
     }
 }
 
 impl PictureLimits {
     /// Any number of pixels.
-    pub const NONE: Self = Self { max_pixels: u64::MAX };
+    pub const NONE: Self = Self { max_pixels: u64::MAX, memory: MemoryLimit::NONE };
 
     /// Refuses pictures of more pixels than are allowed.
     pub(super) fn check(self, path: &Path, size: [u64; 2]) -> Result<(), PictureError> {
@@ -52,8 +56,10 @@ pub(super) fn check_promise(
     Err(PictureError::Decode { path: path.into(), format, reason })
 }
 
-/// Refuses a picture whose decoding takes more memory than there is: running out of it would end the program without a word.
-pub(super) fn check_memory(path: &Path, bytes: u64) -> Result<(), PictureError> {
+/// Refuses a picture whose decoding takes more memory than is allowed, or than there is: running out of it would end the
+/// program without a word.
+pub(super) fn check_memory(path: &Path, bytes: u64, limit: MemoryLimit) -> Result<(), PictureError> {
+    limit.ask(format_args!("picture {}", path.display()), bytes).map(drop)?;
     let mut space = Vec::<u8>::new();
     let is_there = usize::try_from(bytes).is_ok_and(|bytes| space.try_reserve_exact(bytes).is_ok());
     // else nobody would ask the system for what nobody uses

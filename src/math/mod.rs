@@ -6,5 +6,6 @@ pub(crate) mod bounds;
 pub(crate) mod cofactor;
 pub(crate) mod lanes;
 pub(crate) mod linear;
+pub(crate) mod magnitude;
 pub(crate) mod polygon;
 pub(crate) mod rounding;

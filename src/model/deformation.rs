@@ -11,21 +11,27 @@ use super::bounds::tight_bounds;
 use super::deformer::{BuiltLattice, Deformer, EditError};
 use super::error::{ModelError, PartsOutside};
 use crate::analytic::{Chain, CoverSettings, Covered, Step, cover};
+use crate::memory::MemoryLimit;
 use crate::mesh::PolygonSet;
 use crate::patch::{
     BuildError, BuildTimes, Chart, Deformation, DeformedPolygons, Face, ParameterFrame, PlanarPolygon, Shell,
-    deform_polygons, deform_polygons_beside,
+    deform_polygons_within,
 };
 use crate::spline::{ControlLattice, KnotBox};
 use crate::subdivide::FrameChoice;
 use crate::surface::SplineSurface;
 use crate::trace::{NoAttributes, Ray, TracedObject, TracedScene};
 
+/// Memory that a control point takes: in the lattice, in the volume that is kept with it and in the chain's, and while it is edited.
+const CONTROL_POINT_BYTES: u64 = 5 * 32;
+
 /// A shape placed in the world, with what deforms it.
 #[derive(Clone, Copy)]
 pub(super) struct PlacedShape<'a> {
     pub(super) base: Base<'a>,
     pub(super) deformers: &'a [Deformer],
+    /// The most memory that it may be made in.
+    pub(super) memory: MemoryLimit,
 }
 
 /// A shape in the world before its deformations.
@@ -72,10 +78,17 @@ impl PlacedShape<'_> {
             let received = match (lattice.bounds, self.base) {
                 (Some(bounds), _) => bounds,
                 (None, Base::Polygons(polygons)) if steps.is_empty() => polygons.bounds().unwrap_or_default(),
-                (None, _) => tight_bounds(self.after(&steps, CoverSettings::default())?.shell.faces()),
+                (None, _) => tight_bounds(self.after(&steps, true)?.shell.faces()),
             };
+            let count =
+                lattice.points.iter().fold(1, |count: u64, points| count.saturating_mul(*points as u64));
+            let promise = self.memory.ask(
+                format_args!("a lattice of {count} control points"),
+                count.saturating_mul(CONTROL_POINT_BYTES),
+            )?;
             let seen = |lattice: &ControlLattice, ray: &Ray| self.seen(&steps, lattice, ray);
             let built = lattice.built(number, received, &seen)?;
+            drop(promise);
             let reached = match self.base {
                 Base::Polygons(polygons) if steps.is_empty() => polygons.bounds().unwrap_or(received),
                 Base::Surface { shell, .. } if steps.is_empty() => tight_bounds(shell.faces()),
@@ -90,8 +103,9 @@ impl PlacedShape<'_> {
         Ok((steps, lattices))
     }
 
-    /// The object after some steps, exactly.
-    pub(super) fn after(&self, steps: &[Step], settings: CoverSettings) -> Result<Faces, ModelError> {
+    /// The object after some steps, exactly. Whether it `composes`: see [`CoverSettings::composes`].
+    pub(super) fn after(&self, steps: &[Step], composes: bool) -> Result<Faces, ModelError> {
+        let settings = CoverSettings { composes, memory: self.memory };
         let started = Instant::now();
         let mut made = self.first_step(steps)?;
         let done = usize::from(matches!((self.is_flat(), steps.first()), (true, Some(Step::Volume(_)))));
@@ -140,7 +154,8 @@ impl PlacedShape<'_> {
         match self.base {
             Base::Polygons(polygons) => {
                 let DeformedPolygons { shell, subpolygons, times } =
-                    deform_polygons(&planar(polygons), deformation).map_err(fault)?;
+                    deform_polygons_within(&planar(polygons), deformation, false, self.memory)
+                        .map_err(fault)?;
                 Ok(Faces { shell, subpolygons, times, knot_boxes })
             }
             Base::Surface { shell, .. } => {
@@ -153,7 +168,8 @@ impl PlacedShape<'_> {
                 for (face, vertices) in shell.iter() {
                     let Some(corners) = plane_corners(face) else { continue };
                     let polygon = [PlanarPolygon { face: 0, corners: &corners }];
-                    let made = deform_polygons_beside(&polygon, deformation, true).map_err(fault)?;
+                    let made =
+                        deform_polygons_within(&polygon, deformation, true, self.memory).map_err(fault)?;
                     all.subpolygons += made.subpolygons;
                     all.times.subdivide += made.times.subdivide;
                     all.times.compose += made.times.compose;
@@ -191,9 +207,10 @@ impl PlacedShape<'_> {
     fn seen(&self, steps: &[Step], lattice: &ControlLattice, ray: &Ray) -> Result<Option<DVec3>, EditError> {
         let steps = [steps, &[Step::Volume(lattice.volume()?)]].concat();
         // only cells know their points before the last step
-        let shell = self.after(&steps, CoverSettings { composes: false }).map_err(Box::new)?.shell;
+        let shell = self.after(&steps, false).map_err(Box::new)?.shell;
         let object = TracedObject { name: String::new(), shell, attributes: Box::new(NoAttributes) };
-        let traced = TracedScene::new(vec![object]);
+        let traced = TracedScene::try_new_within(vec![object], self.memory)
+            .map_err(|error| Box::new(ModelError::from(error)))?;
         Ok(traced.closest_hit(ray).map(|hit| {
             let patch = &traced.objects()[0].faces()[hit.patch as usize];
             match (&patch.exact, self.base) {

@@ -5,6 +5,8 @@ use thiserror::Error;
 
 use super::deformer::EditError;
 use crate::analytic::{CoverError, MAX_FIELDS};
+use crate::math::magnitude::MagnitudeError;
+use crate::memory::OutOfMemory;
 use crate::patch::BuildError;
 use crate::spline::VolumeError;
 use crate::tessellate::TessellateError;
@@ -49,6 +51,17 @@ pub enum ModelError {
         /// What is wrong.
         source: VolumeError,
     },
+    /// The object, as it is placed or after a deformer, or a lattice's box is too large or too small.
+    #[error("{source}")]
+    Magnitude {
+        /// Index of the deformer; none before the first.
+        deformer: Option<usize>,
+        /// What is wrong.
+        source: MagnitudeError,
+    },
+    /// There is too little memory for the object.
+    #[error(transparent)]
+    Memory(#[from] OutOfMemory),
     /// A lattice that takes all of the object to one point.
     #[error("the lattice collapses to a point: all its control points that act on the object are at {place}")]
     Collapsed {
@@ -165,7 +178,7 @@ impl ModelError {
             | Self::Edit { deformer, .. }
             | Self::Outside { deformer, .. }
             | Self::Patches { deformer, .. } => Some(*deformer),
-            Self::Cover { deformer, .. } => *deformer,
+            Self::Cover { deformer, .. } | Self::Magnitude { deformer, .. } => *deformer,
             // the second is one too many
             Self::OneLattice => Some(1),
             Self::OnlyLattice => Some(0),
@@ -173,8 +186,22 @@ impl ModelError {
             | Self::NoTextureCoordinates { .. }
             | Self::NoNormals
             | Self::NeedsPolygons
+            | Self::Memory(_)
             | Self::TooManyTriangles { .. }
             | Self::Tessellate { .. } => None,
+        }
+    }
+
+    /// Whether there is too little memory, and nothing else is wrong.
+    #[must_use]
+    pub fn lacks_memory(&self) -> bool {
+        match self {
+            Self::Memory(_)
+            | Self::Patches { source: BuildError::Memory(_), .. }
+            | Self::Cover { source: CoverError::Memory(_), .. }
+            | Self::Tessellate { source: TessellateError::Memory(_), .. } => true,
+            Self::Edit { source: EditError::Object(error), .. } => error.lacks_memory(),
+            _ => false,
         }
     }
 

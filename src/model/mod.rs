@@ -12,6 +12,8 @@ mod object;
 mod representation;
 mod self_intersection;
 
+pub use crate::math::magnitude::MagnitudeError;
+pub use bounds::bounds_of;
 pub(crate) use bounds::farthest_reach;
 pub use deformer::{
     BuiltLattice, Deformer, DragEdit, DragOutcome, DragReport, DragSources, DragUsing, Edit, EditError,

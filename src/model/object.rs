@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::{DAffine3, DVec2};
+use glam::{DAffine3, DVec2, DVec3};
 
 use super::attributes::{CarriedNormals, PolygonAttributes, SurfaceAttributes, placed_shell};
 use super::deformation::{Base, PlacedShape};
@@ -12,10 +12,16 @@ use super::error::ModelError;
 use super::representation::{Construction, Elements, Representation, TriangularCounts, facet_object};
 use super::self_intersection::self_intersection;
 use crate::analytic::{MAX_FIELDS, Step};
+use crate::math::bounds;
+use crate::math::magnitude::{self, MagnitudeError};
+use crate::memory::MemoryLimit;
 use crate::mesh::{MeshNotes, MeshTolerances, PolygonMesh, prepare_polygons};
 use crate::patch::BuildTimes;
 use crate::surface::SplineSurface;
 use crate::trace::{TracedObject, TracedScene, VertexAttributes};
+
+/// Memory that a polygon's corner takes: where it is placed, its number, texture coordinates and part of the polygon's normal.
+const CORNER_BYTES: u64 = 96;
 
 /// An object: a shape, placed in the world, then deformed, then represented for tracing.
 ///
@@ -161,10 +167,18 @@ impl Object {
     /// # Errors
     /// The first thing that is wrong; [`ModelError::deformer`] and [`ModelError::edit`] say where.
     pub fn build(&self) -> Result<BuiltObject, ModelError> {
+        self.build_within(MemoryLimit::NONE)
+    }
+
+    /// As [`Self::build`], if there is memory enough.
+    ///
+    /// # Errors
+    /// As [`Self::build`]; also if the process would have more memory than it may.
+    pub fn build_within(&self, memory: MemoryLimit) -> Result<BuiltObject, ModelError> {
         self.check_deformers()?;
         match &self.shape {
-            Shape::Polygons(mesh) => self.build_polygons(mesh),
-            Shape::Surface(surface) => self.build_surface(surface),
+            Shape::Polygons(mesh) => self.build_polygons(mesh, memory),
+            Shape::Surface(surface) => self.build_surface(surface, memory),
         }
     }
 
@@ -184,12 +198,21 @@ impl Object {
         Ok(())
     }
 
-    fn build_polygons(&self, mesh: &PolygonMesh) -> Result<BuiltObject, ModelError> {
+    fn build_polygons(&self, mesh: &PolygonMesh, memory: MemoryLimit) -> Result<BuiltObject, ModelError> {
         let started = Instant::now();
+        let corners: u64 = mesh.faces().map(|face| face.arity() as u64).sum();
+        let promise =
+            memory.ask(format_args!("the mesh's {} polygons", mesh.face_count()), corners * CORNER_BYTES)?;
         let (polygons, notes) = prepare_polygons(mesh, self.placement, MeshTolerances::default());
-        if polygons.bounds().is_none() {
-            return Err(ModelError::NoArea);
+        drop(promise);
+        // faces with corners that double precision cannot hold are not among the polygons
+        let placed = mesh.positions().iter().map(|position| self.placement.transform_point3(*position));
+        let most = magnitude::greatest(placed);
+        if most == f64::INFINITY {
+            let source = MagnitudeError::TooLarge(most);
+            return Err(ModelError::Magnitude { deformer: None, source });
         }
+        check_magnitude(polygons.bounds().ok_or(ModelError::NoArea)?)?;
         if let Some(bare) = polygons.iter().find(|polygon| polygon.uvs.is_empty())
             && self.attributes.texture_coordinates
         {
@@ -199,7 +222,7 @@ impl Object {
             return Err(ModelError::NoNormals);
         }
         let load = started.elapsed();
-        let shape = PlacedShape { base: Base::Polygons(&polygons), deformers: &self.deformers };
+        let shape = PlacedShape { base: Base::Polygons(&polygons), deformers: &self.deformers, memory };
         let made = self.representation.construct(&shape)?;
         let volumes = made.lattices.iter().map(|lattice| lattice.volume.clone()).collect();
         let normals = self.attributes.vertex_normals;
@@ -208,15 +231,16 @@ impl Object {
         Ok(self.finished(made, attributes, (notes, load)))
     }
 
-    fn build_surface(&self, surface: &SplineSurface) -> Result<BuiltObject, ModelError> {
+    fn build_surface(&self, surface: &SplineSurface, memory: MemoryLimit) -> Result<BuiltObject, ModelError> {
         if self.representation.needs_polygons() {
             return Err(ModelError::NeedsPolygons);
         }
         let started = Instant::now();
         let shell = placed_shell(surface, self.placement);
+        check_magnitude(bounds::around(shell.faces().iter().flat_map(|face| face.patch.hull_bounds())))?;
         let load = started.elapsed();
         let base = Base::Surface { surface, placement: self.placement, shell: &shell };
-        let shape = PlacedShape { base, deformers: &self.deformers };
+        let shape = PlacedShape { base, deformers: &self.deformers, memory };
         let made = self.representation.construct(&shape)?;
         let mut warnings = Vec::new();
         for (number, step) in (1..).zip(&made.steps) {
@@ -273,4 +297,9 @@ impl Object {
             )
         })
     }
+}
+
+/// Refuses an object that is too large or too small where it is placed.
+fn check_magnitude(bounds: [DVec3; 2]) -> Result<(), ModelError> {
+    magnitude::check(bounds).map_err(|source| ModelError::Magnitude { deformer: None, source })
 }

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::math::bounds;
 use crate::math::polygon::{self, Side};
+use crate::memory::{MemoryLimit, OutOfMemory};
 use crate::spline::{KnotBox, SplineVolume};
 use crate::subdivide::{
     Frame, FrameChoice, FrameSettings, FramedPlane, Group, Pieces, cut_at_knot_planes, frame_group,
@@ -30,6 +31,17 @@ pub(super) const MAX_HALVINGS: usize = 60;
 /// Ten orders of magnitude above the rounding of coordinates, which is what is left of a place in such a patch, and far below
 /// what any but slivers have.
 const LEAST_FRAME: f64 = 1.0 / 65536.0;
+
+/// Patches that one is divided into in search of positive weights, at most: weights of the extreme ratios that need more would
+/// need millions.
+pub(super) const MAX_PARTS: usize = 4096;
+
+/// Memory that a piece takes while polygons are cut and pieces grouped: four corners with their vertices, what is known of
+/// crossings, and its place in a group.
+const PIECE_BYTES: u64 = 400;
+
+/// Groups that are made patches of between two looks at the memory that is left.
+const GROUPS_BETWEEN_CHECKS: usize = 1024;
 
 /// A planar convex polygon of the undeformed object.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +86,7 @@ pub struct BuildTimes {
 pub enum BuildError {
     /// A rational patch did not reach positive weights.
     #[error(
-        "face {face}: the weights of its patch stay not positive after {MAX_HALVINGS} halvings; less extreme lattice weights would help"
+        "face {face}: the weights of its patch stay not positive after {MAX_HALVINGS} halvings, or in more than {MAX_PARTS} parts; less extreme lattice weights would help"
     )]
     Weights {
         /// A face of the patch.
@@ -86,6 +98,9 @@ pub enum BuildError {
         /// A face of the patch.
         face: u32,
     },
+    /// There is too little memory for so many patches.
+    #[error(transparent)]
+    Memory(#[from] OutOfMemory),
 }
 
 /// Cuts, groups and composes: the exact deformation of planar convex polygons as trimmed patches.
@@ -98,28 +113,40 @@ pub fn deform_polygons(
     polygons: &[PlanarPolygon<'_>],
     deformation: Deformation<'_>,
 ) -> Result<DeformedPolygons, BuildError> {
-    deform_polygons_beside(polygons, deformation, false)
+    deform_polygons_within(polygons, deformation, false, MemoryLimit::NONE)
 }
 
-/// [`deform_polygons`], of polygons that may share edges with others that are deformed apart from them.
-pub(crate) fn deform_polygons_beside(
+/// [`deform_polygons`], of polygons that may share edges with others that are deformed apart from them, if there is memory
+/// enough.
+pub(crate) fn deform_polygons_within(
     polygons: &[PlanarPolygon<'_>],
     deformation: Deformation<'_>,
     shares_edges: bool,
+    memory: MemoryLimit,
 ) -> Result<DeformedPolygons, BuildError> {
     let started = Instant::now();
+    let most = polygons.iter().map(|polygon| most_pieces(polygon.corners, deformation.volume));
+    let most = most.fold(0, u64::saturating_add);
+    let promise = memory.ask(
+        format_args!("cutting {} polygons into up to {most} pieces at the lattice's knots", polygons.len()),
+        most.saturating_mul(PIECE_BYTES),
+    )?;
     let numbered = (0..).zip(polygons).map(|(number, polygon)| (number, polygon.corners));
     let pieces = cut_at_knot_planes(numbered, deformation.volume, shares_edges);
     let [low, high] = bounds_with_lattice(polygons, deformation.volume);
     let diagonal = (high - low).length();
     let groups = group_coplanar(&pieces, |polygon| polygons[polygon as usize].corners, diagonal);
     let subdivide = started.elapsed();
+    drop(promise);
 
     let started = Instant::now();
     let mut builder = Builder {
         polygons,
         pieces: &pieces,
         deformation,
+        memory,
+        bytes: 0,
+        parts_left: 0,
         lipschitz: deformation.volume.map_or(1.0, SplineVolume::lipschitz_bound),
         least_frame: least_frame([low, high]),
         composer: Composer::default(),
@@ -127,13 +154,29 @@ pub(crate) fn deform_polygons_beside(
         region: RegionBuilder::default(),
         shell: Shell::new(pieces.numbers().clone()),
     };
-    for group in &groups {
+    for (number, group) in groups.iter().enumerate() {
+        if number % GROUPS_BETWEEN_CHECKS == GROUPS_BETWEEN_CHECKS - 1 {
+            builder.memory.check("making the patches", builder.bytes)?;
+        }
         builder.add_group(group)?;
     }
     let mut shell = builder.shell;
     shell.shrink();
     let times = BuildTimes { subdivide, compose: started.elapsed() };
     Ok(DeformedPolygons { shell, subpolygons: pieces.len(), times })
+}
+
+/// The most pieces that a polygon is cut into at the knot planes that cross it: so many regions have three sets of parallel lines
+/// in a plane.
+fn most_pieces(corners: &[DVec3], volume: Option<&SplineVolume>) -> u64 {
+    let Some(volume) = volume else { return 1 };
+    let [low, high] = bounds::around(corners.iter().copied());
+    let [a, b, c] = [0, 1, 2].map(|axis| {
+        let planes = volume.axes()[axis].breakpoints();
+        let before = |end: f64| planes.partition_point(|&plane| plane < end) as u64;
+        before(high[axis]) - before(low[axis])
+    });
+    1 + a + b + c + a * b + b * c + c * a
 }
 
 /// The box around polygons and lattice.
@@ -160,6 +203,11 @@ pub(super) fn box_size(volume: &SplineVolume, knot_box: KnotBox) -> DVec3 {
 }
 
 struct Builder<'a> {
+    memory: MemoryLimit,
+    /// Memory of the patches so far.
+    bytes: u64,
+    /// Parts that the patch being made may still be divided into.
+    parts_left: usize,
     polygons: &'a [PlanarPolygon<'a>],
     pieces: &'a Pieces,
     deformation: Deformation<'a>,
@@ -194,6 +242,7 @@ impl Builder<'_> {
         }
         let boundary_error = off_plane * self.lipschitz;
         let region = self.region.finish();
+        self.parts_left = MAX_PARTS;
         self.add_patch(group.knot_box, framed.frame, region, boundary_error, 0)
     }
 
@@ -230,12 +279,14 @@ impl Builder<'_> {
         if patch.has_positive_weights() {
             let (knot_box, chart) = (knot_box.map(short_knot_box), Chart::Plane(frame));
             let made = Face { knot_box, chart, patch, region, boundary_error, exact: None };
+            self.bytes += made.bytes() as u64;
             self.shell.push(made, &vertices);
             return Ok(());
         }
-        if halvings == MAX_HALVINGS {
+        if halvings == MAX_HALVINGS || self.parts_left == 0 {
             return Err(BuildError::Weights { face });
         }
+        self.parts_left -= 1;
         let region = (&region, &*vertices);
         let [below, above] = halves(region, halvings % 2, &mut LineCuts::new(self.shell.numbers_mut()));
         for ([low, high], region) in [below, above].into_iter().flatten() {

@@ -20,7 +20,7 @@ mod triangular_build;
 
 pub(crate) use bezier_patch::Extent;
 pub use bezier_patch::{BezierPatch, PatchPoint};
-pub(crate) use build::deform_polygons_beside;
+pub(crate) use build::deform_polygons_within;
 pub use build::{BuildError, BuildTimes, Deformation, DeformedPolygons, PlanarPolygon, deform_polygons};
 pub use chart::{Chart, ParameterFrame, Place};
 pub use compose::Composer;

@@ -9,8 +9,8 @@ use crate::subdivide::{Frame, VertexNumbers, cut_into_triangles};
 
 use super::bezier_patch::BezierPatch;
 use super::build::{
-    BuildError, BuildTimes, MAX_HALVINGS, PlanarPolygon, bounds_with_lattice, box_size, halves, least_frame,
-    short_knot_box,
+    BuildError, BuildTimes, MAX_HALVINGS, MAX_PARTS, PlanarPolygon, bounds_with_lattice, box_size, halves,
+    least_frame, short_knot_box,
 };
 use super::chart::Chart;
 use super::face::Face;
@@ -160,7 +160,8 @@ impl DeformedTriangles {
                 boundary_error: off_plane + rounding(patch, least_weight),
                 region: region.finish(),
             };
-            part.add_to(&mut shell, 0)?;
+            let mut parts_left = MAX_PARTS;
+            part.add_to(&mut shell, 0, &mut parts_left)?;
         }
         shell.shrink();
         Ok(shell)
@@ -228,7 +229,7 @@ struct Part {
 
 impl Part {
     /// Adds it to the patches, in halves while weights are not positive.
-    fn add_to(self, shell: &mut Shell, halvings: usize) -> Result<(), BuildError> {
+    fn add_to(self, shell: &mut Shell, halvings: usize, parts_left: &mut usize) -> Result<(), BuildError> {
         let Self { knot_box, frame, patch, boundary_error, region: (region, vertices) } = self;
         let face = region.trim_loop(0).face;
         if !patch.is_finite() {
@@ -239,14 +240,19 @@ impl Part {
             shell.push(Face { knot_box, chart, patch, region, boundary_error, exact: None }, &vertices);
             return Ok(());
         }
-        if halvings == MAX_HALVINGS {
+        if halvings == MAX_HALVINGS || *parts_left == 0 {
             return Err(BuildError::Weights { face });
         }
+        *parts_left -= 1;
         let region = (&region, &*vertices);
         let [below, above] = halves(region, halvings % 2, &mut LineCuts::new(shell.numbers_mut()));
         for ([low, high], region) in [below, above].into_iter().flatten() {
             let (frame, patch) = (frame.restricted(low, high), patch.subpatch(low, high));
-            Self { knot_box, frame, patch, boundary_error, region }.add_to(shell, halvings + 1)?;
+            Self { knot_box, frame, patch, boundary_error, region }.add_to(
+                shell,
+                halvings + 1,
+                parts_left,
+            )?;
         }
         Ok(())
     }

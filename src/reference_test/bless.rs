@@ -90,6 +90,7 @@ pub fn bless(
     check_writable(path)?;
     let mut scene = parse_scene(&test.scene).map_err(MakeError::from)?;
     scene.pictures = settings.pictures;
+    scene.memory = settings.pictures.memory;
     scene.render.spp = settings.spp.unwrap_or(scene.render.spp);
     if scene.render.spp < 2 {
         return Err(BlessError::Samples { name: test.name.clone() });

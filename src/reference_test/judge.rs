@@ -93,6 +93,7 @@ pub fn judge(reference: &LayeredPicture, test: &LayeredPicture, settings: &Judge
         rules: if ztest { ignored(&reference, &mut judged.notes) } else { Vec::new() },
         ztest,
         metrics: if has_colours { vec![Metric::Flip] } else { Vec::new() },
+        keep_colours: true,
         ..CompareSettings::default()
     };
     match compare(&reference, &test, &asked) {

@@ -92,6 +92,7 @@ fn run(
 ) -> Result<(), MakeError> {
     let mut scene = parse_scene(&test.scene)?;
     scene.pictures = settings.pictures;
+    scene.memory = settings.pictures.memory;
     let reference = match read_layers_within(&test.reference, settings.pictures) {
         Ok(reference) => reference,
         Err(_) if !test.reference.exists() => {

@@ -10,7 +10,8 @@ use std::time::Instant;
 use rayon::ThreadPoolBuilder;
 use thiserror::Error;
 
-use crate::film::{Film, FilmError, FilmSettings, Image};
+use crate::film::{Film, FilmError, FilmSettings, Image, Window};
+use crate::memory::{MemoryLimit, OutOfMemory};
 use crate::output::OutputError;
 use crate::scene::BuiltScene;
 use crate::shade::{Camera, RenderSettings, RenderStatistics, ShadingScene};
@@ -39,6 +40,8 @@ pub struct RenderControl<'a> {
     pub resume: Option<&'a Checkpoint>,
     /// Where to show the picture as it grows.
     pub preview: Option<&'a TevPreview>,
+    /// The most memory that the process may have.
+    pub memory: MemoryLimit,
 }
 
 impl std::fmt::Debug for RenderControl<'_> {
@@ -64,6 +67,7 @@ impl<'a> RenderControl<'a> {
             checkpoint: None,
             resume: None,
             preview: None,
+            memory: MemoryLimit::NONE,
         }
     }
 }
@@ -94,6 +98,9 @@ pub enum RenderError {
     /// The state cannot be saved.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// There is too little memory for the picture.
+    #[error(transparent)]
+    Memory(#[from] OutOfMemory),
     /// The threads could not be started.
     #[error("threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -118,6 +125,9 @@ pub fn render<G: Geometry>(
     control: &RenderControl<'_>,
 ) -> Result<Rendered, RenderError> {
     let film = Film::try_new(film, &settings.aovs)?;
+    let Window { width, height, .. } = film.window();
+    let what = format_args!("the picture of {width}x{height} pixels");
+    let _promise = control.memory.ask(what, film.bytes(settings.spp))?;
     let threads = ThreadPoolBuilder::new().num_threads(control.threads).build()?;
     let job = Job::new(scene, camera, (&film, settings), control)?;
     let done = threads.install(|| job.run());

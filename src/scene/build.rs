@@ -98,12 +98,14 @@ impl SceneDescription {
         let box_around = LazyCell::new(|| bounds::around(traced.iter().flat_map(TracedObject::bounds)));
         let camera = self.camera.unwrap_or_else(|| framing_camera(&traced, *box_around));
         let light_settings = named_lights.unwrap_or_else(|| key_and_sky(*box_around, &camera));
-        let lights = LightSet::try_new(&light_settings, &traced).map_err(|error| {
-            let file = self.path.clone();
-            SceneError { diagnostics: vec![Diagnostic { file, location: None, message: error.to_string() }] }
-        })?;
+        let of_file = |message: String, lacks_memory: bool| {
+            SceneError::from(Diagnostic { file: self.path.clone(), location: None, message, lacks_memory })
+        };
+        let lights =
+            LightSet::try_new(&light_settings, &traced).map_err(|error| of_file(error.to_string(), false))?;
         let started = Instant::now();
-        let traced = TracedScene::new(traced);
+        let traced = TracedScene::try_new_within(traced, self.memory)
+            .map_err(|error| of_file(error.to_string(), true))?;
         times.build = started.elapsed();
         for (index, (surface, report)) in surfaces.iter().zip(&mut objects).enumerate() {
             let warning = surface.as_ref().and_then(|surface| surface.self_intersection(&traced, index));
@@ -131,6 +133,7 @@ impl SceneDescription {
                     file: self.path.clone(),
                     location: Some(named.name.location),
                     message: format!("material {:?}: {error}", named.name.value),
+                    lacks_memory: false,
                 }),
             }
         }
@@ -167,6 +170,7 @@ impl SceneDescription {
                         file: self.path.clone(),
                         location: Some(object.shape.location()),
                         message: format!("object {:?}: materials of its mesh: {error}", object.name.value),
+                        lacks_memory: false,
                     });
                     return None;
                 }
@@ -186,6 +190,7 @@ fn read_lights(scene: &SceneDescription, diagnostics: &mut Vec<Diagnostic>) -> O
                 file: scene.path.clone(),
                 location: Some(light.location),
                 message: error.to_string(),
+                lacks_memory: false,
             }),
         }
     }

@@ -6,6 +6,7 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::diagnostic::{Located, Location};
 use crate::film::{FilmSettings, PictureLimits};
+use crate::memory::MemoryLimit;
 use crate::model::{Deformer, DragUsing, Edit, Lattice, Representation};
 use crate::shade::light::EnvironmentLight;
 use crate::shade::{CameraSettings, Light, Material, PictureSource, RenderSettings, TextureSource};
@@ -34,6 +35,8 @@ pub struct SceneDescription {
     pub least_squares: bool,
     /// Bounds on the pictures of textures and environment maps.
     pub pictures: PictureLimits,
+    /// The most memory that building it may take.
+    pub memory: MemoryLimit,
 }
 
 impl SceneDescription {

@@ -32,6 +32,8 @@ pub struct Diagnostic {
     pub location: Option<Location>,
     /// What is wrong, and what would be valid; one line.
     pub message: String,
+    /// Whether nothing is wrong with the file but that there is too little memory for it.
+    pub lacks_memory: bool,
 }
 
 impl fmt::Display for Diagnostic {
@@ -50,6 +52,14 @@ impl fmt::Display for Diagnostic {
 pub struct SceneError {
     /// The faults, at least one.
     pub diagnostics: Vec<Diagnostic>,
+}
+
+impl SceneError {
+    /// Whether nothing is wrong but that there is too little memory.
+    #[must_use]
+    pub fn lacks_memory(&self) -> bool {
+        self.diagnostics.iter().all(|diagnostic| diagnostic.lacks_memory)
+    }
 }
 
 impl From<Diagnostic> for SceneError {
@@ -73,6 +83,7 @@ mod tests {
             file: PathBuf::from("scenes/wave.toml"),
             location: Some(Location { line: 12, column: 7 }),
             message: "a fault".to_owned(),
+            lacks_memory: false,
         };
         let whole = Diagnostic { location: None, ..located.clone() };
         assert_eq!(located.to_string(), "scenes/wave.toml:12:7: a fault");

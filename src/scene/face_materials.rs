@@ -61,7 +61,7 @@ pub(super) fn face_materials(
                     path.display()
                 );
                 let (file, location) = (scene.path.clone(), Some(known.location));
-                return Err(vec![Diagnostic { file, location, message }]);
+                return Err(vec![Diagnostic { file, location, message, lacks_memory: false }]);
             }
             materials.push(material.material.clone());
             is_known = true;
@@ -112,7 +112,12 @@ fn check_names(
                 path.display(),
                 quoted(&name.value)
             );
-            Diagnostic { file: scene.path.clone(), location: Some(name.location), message }
+            Diagnostic {
+                file: scene.path.clone(),
+                location: Some(name.location),
+                message,
+                lacks_memory: false,
+            }
         })
         .collect();
     if faults.is_empty() { Ok(()) } else { Err(faults) }

@@ -1,5 +1,7 @@
 //! An object of a scene file as one of the model, and the model's errors as places in the file.
 
+use std::fs;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -11,6 +13,7 @@ use super::description::{
 use super::diagnostic::{Diagnostic, Located, Location};
 use super::face_materials::{FaceMaterials, face_materials};
 use super::lattice_file::read_lattice;
+use crate::memory::Promise;
 use crate::mesh::{LoadError, MeshNotes, load_mesh};
 use crate::model::{
     Attributes, BuiltObject, Deformer, DragEdit, DragSources, Edit, EditError, Lattice, ModelError, Object,
@@ -28,6 +31,9 @@ pub(super) struct ObjectParts {
     /// If there is not one for all faces.
     pub(super) materials: Option<FaceMaterials>,
 }
+
+/// Memory that reading a mesh takes at most, in sizes of its file: the text, and the numbers that it stands for.
+const MESH_FACTOR: u64 = 4;
 
 impl ObjectDescription {
     /// Reads the files that the object names and builds it.
@@ -58,7 +64,8 @@ impl ObjectDescription {
             },
             shape,
         };
-        let mut built = object.build().map_err(|error| vec![self.diagnostic(scene, &error)])?;
+        let mut built =
+            object.build_within(scene.memory).map_err(|error| vec![self.diagnostic(scene, &error)])?;
         built.report.times.load += load;
         built.report.notes = file_notes.merged(built.report.notes);
         built.report.warnings.extend(notes);
@@ -71,11 +78,24 @@ impl ObjectDescription {
                 Ok((Shape::Surface(surface.value.clone()), MeshNotes::default()))
             }
             ObjectShape::Mesh(file) => {
+                let _promise = self.ask_for_mesh(scene, &file.value)?;
                 let (mesh, notes) =
                     load_mesh(&file.value).map_err(|error| mesh_faults(error, scene, file.location))?;
                 Ok((Shape::Polygons(Arc::new(mesh)), notes))
             }
         }
+    }
+
+    /// Asks for the memory that a mesh takes while it is read: the text, and what it says as numbers, which are no more.
+    fn ask_for_mesh(&self, scene: &SceneDescription, path: &Path) -> Result<Promise, Vec<Diagnostic>> {
+        let bytes = fs::metadata(path).map_or(0, |file| file.len());
+        let asked =
+            scene.memory.ask(format_args!("mesh {}", path.display()), bytes.saturating_mul(MESH_FACTOR));
+        asked.map_err(|error| {
+            let (file, location) = (scene.path.clone(), Some(self.shape.location()));
+            let message = format!("object {:?}: {error}", self.name.value);
+            vec![Diagnostic { file, location, message, lacks_memory: true }]
+        })
     }
 
     /// An error of the model at its place in the scene file.
@@ -92,6 +112,9 @@ impl ObjectDescription {
         };
         let at_deform = deform.map_or(self.name.location, |deform| deform.location);
         let (location, message) = match error {
+            ModelError::Magnitude { deformer: None, .. } => {
+                (self.shape.location(), named(of_mesh(error.to_string())))
+            }
             ModelError::NoArea | ModelError::NoNormals => (self.shape.location(), of_mesh(error.to_string())),
             ModelError::NoTextureCoordinates { .. } => {
                 (self.name.location, named(self.texture_fault(scene, error)))
@@ -99,11 +122,17 @@ impl ObjectDescription {
             ModelError::Lattice { .. } => (at_deform, error.to_string()),
             ModelError::Edit { source, .. } => {
                 let location = edit.map_or(at_deform, |edit| edit.location);
-                (location, edit_fault(scene, edit.map(|edit| &edit.value), source))
+                let message = edit_fault(scene, edit.map(|edit| &edit.value), source);
+                let of_object = matches!(
+                    source,
+                    EditError::TooLarge { .. } | EditError::TooFar { .. } | EditError::Weight { .. }
+                );
+                (location, if of_object { named(message) } else { message })
             }
             _ => (at_deform, named(error.to_string())),
         };
-        Diagnostic { file: scene.path.clone(), location: Some(location), message }
+        let lacks_memory = error.lacks_memory();
+        Diagnostic { file: scene.path.clone(), location: Some(location), message, lacks_memory }
     }
 
     /// Why the texture of the object's material cannot be looked up.
@@ -145,6 +174,7 @@ impl DeformDescription {
                         file: scene.path.clone(),
                         location: Some(edit.location),
                         message,
+                        lacks_memory: false,
                     })
                 };
                 let edits = edits.iter().map(read).collect::<Result<_, _>>()?;
@@ -185,12 +215,14 @@ fn pick(scene: &SceneDescription, pixel: DVec2) -> Result<Ray, String> {
 fn mesh_faults(error: LoadError, scene: &SceneDescription, location: Location) -> Vec<Diagnostic> {
     let Some(faults) = error.faults() else {
         let message = format!("mesh {error}");
-        return vec![Diagnostic { file: scene.path.clone(), location: Some(location), message }];
+        let file = scene.path.clone();
+        return vec![Diagnostic { file, location: Some(location), message, lacks_memory: false }];
     };
     let diagnostic = |place: Option<[usize; 2]>, message| Diagnostic {
         file: faults.path.to_owned(),
         location: place.map(|[line, column]| Location { line, column }),
         message,
+        lacks_memory: false,
     };
     faults.listed.into_iter().map(|(place, message)| diagnostic(place, message)).collect()
 }

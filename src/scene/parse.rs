@@ -18,6 +18,7 @@ use std::path::Path;
 use toml::de::DeTable;
 
 use crate::film::PictureLimits;
+use crate::memory::MemoryLimit;
 
 use super::description::SceneDescription;
 use super::diagnostic::SceneError;
@@ -165,5 +166,6 @@ fn read_scene(mut root: Table<'_>, path: &Path) -> Option<SceneDescription> {
         objects,
         least_squares: false,
         pictures: PictureLimits::default(),
+        memory: MemoryLimit::NONE,
     })
 }

@@ -39,7 +39,8 @@ impl<'a> Faults<'a> {
     }
 
     fn push(&self, location: Option<Location>, message: String) {
-        self.found.borrow_mut().push(Diagnostic { file: self.source.path.to_owned(), location, message });
+        let file = self.source.path.to_owned();
+        self.found.borrow_mut().push(Diagnostic { file, location, message, lacks_memory: false });
     }
 
     /// All faults in the file's order, those of the whole file last.

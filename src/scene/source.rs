@@ -38,7 +38,12 @@ impl<'a> Source<'a> {
 
 /// Reads a scene file.
 pub(super) fn read_text(path: &Path) -> Result<String, Diagnostic> {
-    let fault = |location, message: String| Diagnostic { file: path.to_owned(), location, message };
+    let fault = |location, message: String| Diagnostic {
+        file: path.to_owned(),
+        location,
+        message,
+        lacks_memory: false,
+    };
     if path.is_dir() {
         return Err(fault(None, "is a folder; a scene is a TOML file".to_owned()));
     }

@@ -5,6 +5,7 @@ use thiserror::Error;
 
 use super::warp;
 use crate::choice::Choice;
+use crate::math::magnitude::{self, LARGEST, MagnitudeError};
 use crate::trace::Ray;
 
 /// The image axis that the field of view is measured along, as in Mitsuba.
@@ -85,6 +86,9 @@ pub enum CameraError {
     /// There is no direction to look along.
     #[error("camera: origin and target must be two different, finite points")]
     NoDirection,
+    /// A coordinate of origin or target is too large to compute with.
+    #[error("camera: {0}")]
+    TooLarge(MagnitudeError),
     /// The picture's top is not determined.
     #[error("camera: up must not be zero or parallel to the direction of view")]
     NoUp,
@@ -125,6 +129,10 @@ impl Camera {
     /// # Errors
     /// Where origin, target, up, projection or size determine no picture.
     pub fn try_new(settings: &CameraSettings, size: [u32; 2]) -> Result<Self, CameraError> {
+        let most = magnitude::greatest([settings.origin, settings.target]);
+        if most > LARGEST && most < f64::INFINITY {
+            return Err(CameraError::TooLarge(MagnitudeError::TooLarge(most)));
+        }
         let forward = (settings.target - settings.origin).try_normalize().ok_or(CameraError::NoDirection)?;
         let right = settings
             .up

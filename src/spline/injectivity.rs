@@ -15,6 +15,9 @@ use super::volume::{KnotBox, SplineVolume};
 /// needs more.
 const MAX_BOXES: usize = 4000;
 
+/// The same for all knot boxes of a lattice together; each is examined to a few dozen in any case.
+const MAX_BOXES_TOGETHER: usize = 400_000;
+
 /// What is known of the Jacobian determinant over a knot box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Orientation {
@@ -35,6 +38,24 @@ pub enum Orientation {
 /// If the volume has no such knot box.
 #[must_use]
 pub fn orientation(volume: &SplineVolume, knot_box: KnotBox) -> Orientation {
+    orientation_within(volume, knot_box, MAX_BOXES)
+}
+
+/// The sign of the Jacobian determinant over each of some knot boxes, as [`orientation`]; of thousands of them each is examined
+/// less closely.
+///
+/// # Panics
+/// If the volume has no such knot box.
+#[must_use]
+pub fn orientations<'a>(
+    volume: &SplineVolume,
+    knot_boxes: impl ExactSizeIterator<Item = &'a KnotBox>,
+) -> Vec<Orientation> {
+    let most = (MAX_BOXES_TOGETHER / knot_boxes.len().max(1)).clamp(24, MAX_BOXES);
+    knot_boxes.map(|&knot_box| orientation_within(volume, knot_box, most)).collect()
+}
+
+fn orientation_within(volume: &SplineVolume, knot_box: KnotBox, most: usize) -> Orientation {
     let mut queue = VecDeque::from([bezier_form(volume, knot_box)]);
     let degree = volume.degree();
     let mut boxes = 0;
@@ -47,7 +68,7 @@ pub fn orientation(volume: &SplineVolume, knot_box: KnotBox) -> Orientation {
         if corner_determinant(&net, degree) <= 0.0 {
             return Orientation::FoldsOver;
         }
-        if boxes >= MAX_BOXES {
+        if boxes >= most {
             return Orientation::Undecided;
         }
         let axis = widest(&net, degree);

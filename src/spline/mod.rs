@@ -7,7 +7,7 @@ mod lattice;
 mod volume;
 
 pub use axis::{Axis, SignedAxis};
-pub use injectivity::{Orientation, orientation};
+pub use injectivity::{Orientation, orientation, orientations};
 pub(crate) use knot_vector::{BernsteinRows, LocalBasis, MAX_VOLUME_ORDER, polar_form};
 pub use knot_vector::{KnotError, KnotVector, MAX_VOLUME_DEGREE};
 pub use lattice::{ControlLattice, HeldPoint};

@@ -18,6 +18,7 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 use thiserror::Error;
 
+use crate::memory::{MemoryLimit, OutOfMemory};
 use crate::patch::{Facet, Shell};
 use crate::trace::TracedObject;
 use border::cut_along_tears;
@@ -57,7 +58,7 @@ pub struct Tessellation {
 }
 
 /// Why there is no tessellation.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error)]
 pub enum TessellateError {
     /// It was asked to stop.
     #[error("interrupted")]
@@ -68,6 +69,9 @@ pub enum TessellateError {
          but no tolerance does for a curved surface that the border of a lattice's box tears"
     )]
     TooMany,
+    /// There is too little memory.
+    #[error(transparent)]
+    Memory(#[from] OutOfMemory),
     /// Halving edges does not help any more.
     #[error(
         "the triangles do not come closer than {reached:.1e} to the surface; a larger tolerance would do"
@@ -87,12 +91,25 @@ pub fn tessellate(
     fineness: Fineness,
     cancel: &AtomicBool,
 ) -> Result<Tessellation, TessellateError> {
+    tessellate_within(object, fineness, cancel, MemoryLimit::NONE)
+}
+
+/// As [`tessellate`], if there is memory enough.
+///
+/// # Errors
+/// As [`tessellate`]; also if the process would have more memory than it may.
+pub fn tessellate_within(
+    object: &TracedObject,
+    fineness: Fineness,
+    cancel: &AtomicBool,
+    memory: MemoryLimit,
+) -> Result<Tessellation, TessellateError> {
     let mesh = base_mesh(&object.shell);
     let has_uvs = mesh.triangles.first().is_some_and(|triangle| {
         let part = &mesh.parts[triangle.part as usize];
         object.attributes.uv(part.polygon, part.patch.chart.place(triangle.st[0])).is_finite()
     });
-    let mut refinement = Refinement::new(mesh, has_uvs, cancel);
+    let mut refinement = Refinement::new(mesh, has_uvs, (cancel, memory));
     cut_along_tears(&mut refinement)?;
     let deviation = match fineness {
         Fineness::Tolerance(tolerance) => refinement.refine_to(tolerance)?,
@@ -114,7 +131,20 @@ pub fn tessellate(
 /// # Errors
 /// As [`tessellate`].
 pub fn facets(shell: &Shell, tolerance: f64, cancel: &AtomicBool) -> Result<Vec<Facet>, TessellateError> {
-    let mut refinement = Refinement::new(base_mesh(shell), false, cancel);
+    facets_within(shell, tolerance, cancel, MemoryLimit::NONE)
+}
+
+/// As [`facets`], if there is memory enough.
+///
+/// # Errors
+/// As [`facets`]; also if the process would have more memory than it may.
+pub fn facets_within(
+    shell: &Shell,
+    tolerance: f64,
+    cancel: &AtomicBool,
+    memory: MemoryLimit,
+) -> Result<Vec<Facet>, TessellateError> {
+    let mut refinement = Refinement::new(base_mesh(shell), false, (cancel, memory));
     cut_along_tears(&mut refinement)?;
     refinement.refine_to(tolerance)?;
     let mesh = &refinement.mesh;

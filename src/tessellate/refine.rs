@@ -9,6 +9,7 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use super::corners::{Mesh, Triangle};
 use super::deviation::{Distances, distances};
 use super::{MAX_TRIANGLES, TessellateError, index};
+use crate::memory::MemoryLimit;
 
 /// Most rounds of halving: 2^-48 of an edge is at the rounding of its points.
 const MAX_ROUNDS: usize = 48;
@@ -25,11 +26,23 @@ const FOUND: f64 = 0.9;
 /// Rounding of a distance between points, in parts of the greatest coordinate.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
+/// Memory that a triangle takes in a round of halving: what is measured of it, up to four in its place and three edges with
+/// their middles.
+const HALVING_BYTES: u64 = 800;
+
+/// From so many triangles on, their distances tell how many will be needed: unless that has fallen below this part of what it was.
+const ENOUGH_TO_TELL: usize = 50_000;
+const FALLING: f64 = 0.75;
+
+/// Memory that a triangle takes with its share of vertices.
+const TRIANGLE_BYTES: u64 = 160;
+
 /// A tessellation on its way.
 #[derive(Debug)]
 pub(super) struct Refinement<'a> {
     pub(super) mesh: Mesh<'a>,
     cancel: &'a AtomicBool,
+    memory: MemoryLimit,
     /// Whether vertices carry what depends on their parameters.
     parameters_matter: bool,
 }
@@ -45,8 +58,12 @@ struct Middles {
 type Middle = Option<(u32, DVec2)>;
 
 impl<'a> Refinement<'a> {
-    pub(super) const fn new(mesh: Mesh<'a>, parameters_matter: bool, cancel: &'a AtomicBool) -> Self {
-        Self { mesh, cancel, parameters_matter }
+    pub(super) const fn new(
+        mesh: Mesh<'a>,
+        parameters_matter: bool,
+        (cancel, memory): (&'a AtomicBool, MemoryLimit),
+    ) -> Self {
+        Self { mesh, cancel, memory, parameters_matter }
     }
 
     /// Halves edges until all triangles are within `tolerance` of the surface; returns how far they are.
@@ -58,6 +75,7 @@ impl<'a> Refinement<'a> {
             return Err(TessellateError::Unreachable { reached: ROUNDING * farthest });
         }
         let tolerance = FOUND * tolerance;
+        let mut needed = f64::INFINITY;
         for _ in 0..MAX_ROUNDS {
             let measured: Vec<_> = self
                 .mesh
@@ -65,6 +83,7 @@ impl<'a> Refinement<'a> {
                 .par_iter()
                 .map(|triangle| (!triangle.settled).then(|| self.distances(triangle)))
                 .collect();
+            needed = self.check_feasible(&measured, tolerance, needed)?;
             let mut marked = HashSet::new();
             for (triangle, distances) in self.mesh.triangles.iter_mut().zip(measured) {
                 let Some(distances) = distances else { continue };
@@ -81,6 +100,37 @@ impl<'a> Refinement<'a> {
             self.halve(|edge| marked.contains(&edge))?;
         }
         Err(TessellateError::Unreachable { reached: self.deviation() })
+    }
+
+    /// Refuses a tolerance for which far too many triangles would be needed; returns how many they are, about. `before` is what it
+    /// was in the round before.
+    ///
+    /// Where a surface is curved along both sides, a triangle's distance from it falls with its area, and what is needed is the sum of
+    /// distances in parts of the tolerance. Where it is curved along one, that sum falls from round to round, and says nothing.
+    fn check_feasible(
+        &self,
+        measured: &[Option<Distances>],
+        tolerance: f64,
+        before: f64,
+    ) -> Result<f64, TessellateError> {
+        let needed = |distances: &Option<Distances>| {
+            distances.map_or(1.0, |distances| (distances.greatest() / tolerance).clamp(1.0, f64::MAX))
+        };
+        let needed: f64 = measured.iter().map(needed).sum();
+        if measured.len() < ENOUGH_TO_TELL || needed < FALLING * before {
+            return Ok(needed);
+        }
+        if needed > 2.0 * MAX_TRIANGLES as f64 {
+            return Err(TessellateError::TooMany);
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "below twice MAX_TRIANGLES"
+        )]
+        let count = needed as u64;
+        self.memory.ask(format_args!("about {count} triangles"), count / 2 * TRIANGLE_BYTES).map(drop)?;
+        Ok(needed)
     }
 
     /// Halves every edge.
@@ -119,6 +169,9 @@ impl<'a> Refinement<'a> {
         if self.cancel.load(Ordering::Relaxed) {
             return Err(TessellateError::Interrupted);
         }
+        let count = self.mesh.triangles.len();
+        let _promise =
+            self.memory.ask(format_args!("halving {count} triangles"), count as u64 * HALVING_BYTES)?;
         let mut middles: HashMap<[u32; 2], Middles> = HashMap::new();
         let before = std::mem::take(&mut self.mesh.triangles);
         let mut after = Vec::with_capacity(2 * before.len());

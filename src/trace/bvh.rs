@@ -37,12 +37,17 @@ impl Boundable for OutwardBox {
 }
 
 impl Bvh {
+    /// Memory that building takes for each box: the box in single precision, two nodes of the binary tree and what the builder keeps
+    /// beside them, costs and places of the collapse, and an eighth of two wide nodes.
+    pub(crate) const BYTES_PER_BOX: u64 = 400;
+
     /// Builds over the boxes `[lowest corner, highest corner]`, which must be finite, of a size near 1 about the origin.
     pub(crate) fn build(boxes: &[[DVec3; 2]]) -> Self {
-        let outward: Vec<_> = boxes
+        let mut outward: Vec<_> = boxes
             .iter()
             .map(|&[low, high]| OutwardBox(Aabb { min: each(low, down), max: each(high, up) }))
             .collect();
+        set_apart(&mut outward);
         let mut core_build_time = Duration::ZERO;
         // a leaf costs far more to test than a box
         let parameters = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
@@ -200,6 +205,32 @@ fn descend(
     }
     *height -= 1;
     Some(waiting[*height].0)
+}
+
+/// As many boxes that are the same and follow one another are made different.
+const SAME: usize = 64;
+
+/// Makes boxes different that are the same and many, one after the other: by some units in the last place, outwards. Leaves that are
+/// small beside their tolerances have such, and the builder merges no more than one pair in each of its passes over boxes that
+/// are all as good as each other.
+fn set_apart(boxes: &mut [OutwardBox]) {
+    let same = |a: &OutwardBox, b: &OutwardBox| a.0.min == b.0.min && a.0.max == b.0.max;
+    for run in boxes.chunk_by_mut(same).filter(|run| run.len() >= SAME) {
+        for (number, OutwardBox(made)) in run.iter_mut().enumerate() {
+            // the digits of a number that has nothing to do with the one before
+            let mut digits = (number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+            for axis in 0..3 {
+                for _ in 0..digits % 16 {
+                    made.min[axis] = made.min[axis].next_down();
+                }
+                digits /= 16;
+                for _ in 0..digits % 16 {
+                    made.max[axis] = made.max[axis].next_up();
+                }
+                digits /= 16;
+            }
+        }
+    }
 }
 
 /// Nodes of eight and the depth of their tree.

@@ -22,6 +22,20 @@ const SLOPE: f64 = 0.17;
 /// Most halvings of a rectangle: a patch with a cusp or a collapsed edge would be split for ever.
 const MAX_HALVINGS: u32 = 10;
 
+/// Corners of the trim's loops above which a rectangle is halved whatever its slopes, for every ray in it asks all of them: plane
+/// meshes of a million faces are one patch. So often at most.
+const MANY_CORNERS: usize = 1024;
+const MAX_TRIM_HALVINGS: u32 = 24;
+
+/// Leaves that any patch may have, and the halvings that make so many.
+const FEW: usize = 1 << FEW_HALVINGS;
+const FEW_HALVINGS: u32 = 2;
+
+/// Leaves that the patches of a scene together may have beyond [`FEW`] for each. Those that come after stay coarse: rays are given
+/// to clipping more often, which is slower and finds the same. No shipped scene has all of it; a surface of thousands of
+/// cells that all were divided as often as they may be would have millions.
+const MAX_MORE: usize = 1 << 15;
+
 /// Most that the tolerance of the trim's borders grows to, for rays that are all but tangent: a tangent root is off by the
 /// square root of the error across the ray. In local units, in which scenes have a size near 1.
 pub(crate) const TANGENT_TOLERANCE: f64 = 1.5e-8;
@@ -36,6 +50,9 @@ const OUTSIDE: f64 = 0.25;
 /// The line of an edge from which the loop's own corners are farther on the wrong side, in the leaf's (u, v), cuts nothing: it is
 /// one of a few roundings' length between edges that are all but parallel to it.
 const MOST_BENT: f64 = 0.01;
+
+/// Local coordinates of all surfaces are within 0.5 of 0; so far from it there is nothing to hit.
+const SCENE: f64 = 2.0;
 
 /// Leaves overlap by this part of their size, so that a hit on their common border is in at least one.
 const OVERLAP: f64 = 1e-12;
@@ -132,6 +149,8 @@ pub(crate) struct Leaves {
     pub(crate) cuts: Vec<Cut>,
     /// Boxes of the leaves in local coordinates.
     pub(crate) boxes: Vec<[DVec3; 2]>,
+    /// Leaves above [`FEW`] of a patch so far.
+    more: usize,
 }
 
 /// A patch being split into leaves.
@@ -158,6 +177,17 @@ struct Candidate {
 }
 
 impl Leaves {
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.leaves.len()
+    }
+
+    /// Memory in bytes.
+    pub(crate) fn bytes(&self) -> u64 {
+        let Self { leaves, cuts, boxes, .. } = self;
+        (size_of_val(&**leaves) + size_of_val(&**cuts) + size_of_val(&**boxes)) as u64
+    }
+
     /// Splits a patch into leaves; `indices` are those of its object and of itself. `error` bounds the rounding of the surface and of its border in the world.
     pub(crate) fn add(&mut self, indices: [u32; 2], trimmed: &Face, error: f64, space: &LocalSpace) {
         let mut splitter = Splitter { indices, trimmed, space, error: space.length(error), into: self };
@@ -165,9 +195,11 @@ impl Leaves {
             .zip(trimmed.region.loops())
             .map(|(i, l)| (i, trimmed.region.corners(&l).to_vec()))
             .collect();
+        let before = splitter.into.leaves.len();
         if let Some(candidate) = splitter.candidate(all, [DVec2::ZERO, DVec2::ONE]) {
             splitter.split(candidate, 0);
         }
+        self.more += (self.leaves.len() - before).saturating_sub(FEW);
     }
 }
 
@@ -201,8 +233,23 @@ impl Splitter<'_> {
 
     fn split(&mut self, candidate: Candidate, halvings: u32) {
         let size = candidate.high - candidate.low;
-        let splittable = halvings < MAX_HALVINGS && size.min_element() > 0.0;
+        let most = if self.into.more < MAX_MORE { MAX_HALVINGS } else { FEW_HALVINGS };
+        let splittable = halvings < most && size.min_element() > 0.0;
+        let corners: usize = candidate.inside.iter().map(|(_, corners)| corners.len()).sum();
+        if corners > MANY_CORNERS && halvings < MAX_TRIM_HALVINGS && size.min_element() > 0.0 {
+            for half in self.halves(&candidate, usize::from(size.y > size.x)) {
+                self.split(half, halvings + 1);
+            }
+            return;
+        }
         if candidate.graph.steepest() > SLOPE && splittable {
+            if most == FEW_HALVINGS {
+                // the longer side, without a look at what the other would give
+                for half in self.halves(&candidate, usize::from(size.y > size.x)) {
+                    self.split(half, halvings + 1);
+                }
+                return;
+            }
             let [by_s, by_t] = [0, 1].map(|axis| self.halves(&candidate, axis));
             // the sum, not the greatest: often one half keeps the slopes of the whole
             let cost = |halves: &[Candidate]| halves.iter().map(|c| c.graph.steepest()).sum::<f64>();
@@ -268,7 +315,20 @@ impl Splitter<'_> {
             patch: self.indices[1],
             cover,
         });
-        self.into.boxes.push(world);
+        let world = if is_inside(world, 1.0) { world } else { self.hull_box(candidate) };
+        self.into.boxes.push(inside_scene(world, self.into.leaves.len()));
+    }
+
+    /// The box of the control points, in local coordinates.
+    fn hull_box(&self, candidate: &Candidate) -> [DVec3; 2] {
+        let [low, high] = hull(&self.trimmed.patch, [candidate.low, candidate.high], self.space);
+        let pad = self.pad() * (1.0 + (high - low).length());
+        [low - pad, high + pad]
+    }
+
+    /// How far boxes reach beyond the surface.
+    fn pad(&self) -> f64 {
+        8.0 * self.error + 4.0 * OVERLAP + 2.0 * TANGENT_TOLERANCE
     }
 
     /// Bounds of the surface over the trim's parts, whose corners are given in (u, v): in leaf coordinates and in local
@@ -280,11 +340,10 @@ impl Splitter<'_> {
         slack: f64,
     ) -> ([DVec3; 2], [DVec3; 2]) {
         let graph = &candidate.graph;
-        let pad = 8.0 * self.error + 4.0 * OVERLAP + 2.0 * TANGENT_TOLERANCE;
+        let pad = self.pad();
         if !graph.is_proven() {
-            let [low, high] = hull(&self.trimmed.patch, [candidate.low, candidate.high], self.space);
-            let pad = pad * (1.0 + (high - low).length());
-            return (graph.reach_of_box([low - pad, high + pad]), [low - pad, high + pad]);
+            let hull = self.hull_box(candidate);
+            return (graph.reach_of_box(hull), hull);
         }
         let ranges = [0, 1, 2].map(|part| quadratic_range(graph.forms[part]).map(f64::from));
         let least = DVec3::from_array(ranges.map(|range| range[0])) - graph.rest - 4.0 * slack;
@@ -332,6 +391,26 @@ impl Splitter<'_> {
         }
         (Cover::Crossed { start, end: count(all) }, bent)
     }
+}
+
+/// Whether a box is no farther from 0 than `most`.
+fn is_inside([low, high]: [DVec3; 2], most: f64) -> bool {
+    // so written, NaN is not
+    low.cmpge(DVec3::splat(-most)).all() && high.cmple(DVec3::splat(most)).all()
+}
+
+/// A box, or all of the scene instead of one that is larger: bounds of a patch of extreme weights may be beyond single precision, in
+/// which the tree has its boxes. No two such are the same, for the builder of the tree takes a step for each box that is as
+/// good as all others.
+#[expect(clippy::cast_precision_loss, reason = "any number will do")]
+fn inside_scene(found: [DVec3; 2], number: usize) -> [DVec3; 2] {
+    if is_inside(found, SCENE) {
+        return found;
+    }
+    // the fractional parts of multiples of irrational numbers are spread evenly
+    let spread = |factor: f64| (number as f64 * factor).fract();
+    let more = |a: f64, b: f64, c: f64| SCENE + DVec3::new(spread(a), spread(b), spread(c));
+    [-more(0.618_034, 0.414_214, 0.732_051), more(0.236_068, 0.645_751, 0.316_625)]
 }
 
 /// Corners of a loop's part, at least, that are tried against the line of each edge.

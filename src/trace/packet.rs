@@ -20,6 +20,7 @@ use super::object::PatchHit;
 use super::query::{self, TransformedRay};
 use super::scene::TracedScene;
 use super::scratch::{Scratch, Solver};
+use super::search::MOST_RAYS;
 use super::slabs::{PacketSlabs, SpreadSlabs};
 use super::target::{LeafRoot, Target};
 
@@ -28,6 +29,8 @@ const HALVES: usize = 2;
 
 /// Rays in a packet.
 pub(super) const PACKET: usize = HALVES * LANES;
+
+const _: () = assert!(PACKET <= MOST_RAYS, "the search knows each ray of a packet");
 
 /// Rays whose origins are within this part of the scene's size are traced as one whatever their directions: for those that
 /// bounce off neighbouring points it takes a third less time, for those that start anywhere twice as much.
@@ -130,6 +133,7 @@ fn trace<S: Simd>(
     }
     let mut packet = Packet { halves, apart: [None; PACKET] };
     let Scratch { stack, solver } = scratch;
+    solver.search.start_packet();
     let mut visits = 0;
     if let Some(slabs) = together {
         scene.bvh().traverse_packet(
@@ -255,6 +259,7 @@ impl<S: Simd> Packet<S> {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
             let ray = &rays[half * LANES + lane];
+            solver.search.take_ray(half * LANES + lane);
             let before = self.hit(scene, half * LANES + lane);
             let t_max = before.map_or(ray.t_max, |hit| hit.t);
             let mut best = before;

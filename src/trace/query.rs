@@ -106,6 +106,7 @@ fn visit<S: Simd>(
 ) {
     let Scratch { stack, solver } = scratch;
     solver.statistics.rays += 1;
+    solver.search.start_ray();
     let local = scene.space().ray(ray);
     let transformed = TransformedRay { ray, local: &local };
     scene.bvh().traverse(

@@ -6,6 +6,7 @@ use fearless_simd::Level;
 use glam::{DVec2, DVec3};
 
 use crate::math::bounds;
+use crate::memory::{MemoryLimit, OutOfMemory};
 use crate::patch::Face;
 
 use super::bvh::Bvh;
@@ -17,6 +18,9 @@ use super::object::{PatchHit, TracedObject};
 use super::ray::Ray;
 use super::statistics::AccelerationStatistics;
 use super::target::{Target, surface_error, tolerance};
+
+/// Leaves that are made between two looks at the memory that is left.
+const LEAVES_BETWEEN_CHECKS: usize = 1 << 14;
 
 /// All objects of a scene in one acceleration structure.
 #[derive(Debug)]
@@ -35,20 +39,35 @@ pub struct TracedScene {
 impl TracedScene {
     /// Builds the acceleration structure over all patches.
     pub fn new(objects: Vec<TracedObject>) -> Self {
+        Self::try_new_within(objects, MemoryLimit::NONE).expect("nothing is too much without a limit")
+    }
+
+    /// As [`Self::new`], if there is memory enough.
+    ///
+    /// # Errors
+    /// If the process would have more memory than it may.
+    pub fn try_new_within(objects: Vec<TracedObject>, memory: MemoryLimit) -> Result<Self, OutOfMemory> {
         let patches = objects.iter().flat_map(|object| object.faces());
         let all = bounds::around(patches.flat_map(|trimmed| trimmed.patch.hull_bounds()));
         let space = LocalSpace::around(all);
         let mut leaves = Leaves::default();
+        let mut next_check = LEAVES_BETWEEN_CHECKS;
         for (object, traced) in (0..).zip(&objects) {
             for (patch, trimmed) in (0..).zip(traced.faces()) {
                 leaves.add([object, patch], trimmed, surface_error(trimmed), &space);
+                if leaves.len() >= next_check {
+                    memory.check(format_args!("the leaves of object {:?}", traced.name), leaves.bytes())?;
+                    next_check += LEAVES_BETWEEN_CHECKS;
+                }
             }
         }
-        let Leaves { mut leaves, mut cuts, boxes } = leaves;
-        let bvh = Bvh::build(&boxes);
+        let Leaves { mut leaves, mut cuts, boxes, .. } = leaves;
         leaves.shrink_to_fit();
         cuts.shrink_to_fit();
-        Self { objects, leaves, cuts, bvh, space, level: Level::new(), overlaps: OnceLock::new() }
+        let what = format_args!("the tree over {} leaves", leaves.len());
+        let _promise = memory.ask(what, boxes.len() as u64 * Bvh::BYTES_PER_BOX)?;
+        let bvh = Bvh::build(&boxes);
+        Ok(Self { objects, leaves, cuts, bvh, space, level: Level::new(), overlaps: OnceLock::new() })
     }
 
     /// The objects.

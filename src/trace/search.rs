@@ -16,6 +16,20 @@ use super::statistics::TraceStatistics;
 /// near this.
 const MAX_BOXES: usize = 4096;
 
+/// Boxes examined for one ray in all leaves before its searches become short. Two that are given up take as many; only rays
+/// through thousands of leaves of which nothing is proven come near this.
+const MAX_BOXES_OF_RAY: usize = 2 * MAX_BOXES;
+
+/// Most rays of a packet.
+pub(super) const MOST_RAYS: usize = 16;
+
+/// Splits of a box and its parts, one in the other: those of all digits of both parameters. A box that is as small and still not
+/// decided is one of rounding.
+const MAX_SPLITS: usize = 2 * f64::MANTISSA_DIGITS as usize;
+
+/// Boxes examined in a leaf by a ray that has used up its own.
+const FEW_BOXES: usize = 16;
+
 /// The Jacobian's greatest relative variation over a box for which Newton's method is trusted.
 ///
 /// Below 1 the map is one to one on the box. With variation v a Newton step leaves at most 2 v / (1 - v) of the
@@ -51,7 +65,30 @@ pub(crate) struct PatchRoot {
 pub(crate) struct SearchScratch {
     nets: Vec<DVec2>,
     right: Vec<DVec2>,
+    /// Boxes examined for each ray of a packet; for a ray alone the first.
+    spent: [usize; MOST_RAYS],
+    /// The ray of the packet that is searched for.
+    ray: usize,
     pub(crate) roots: Vec<PatchRoot>,
+}
+
+impl SearchScratch {
+    /// Begins with new rays.
+    #[inline(always)]
+    pub(super) fn start_packet(&mut self) {
+        self.spent = [0; MOST_RAYS];
+    }
+
+    /// Begins with a new ray, alone.
+    #[inline(always)]
+    pub(super) fn start_ray(&mut self) {
+        (self.spent[0], self.ray) = (0, 0);
+    }
+
+    /// Goes on with a ray of a packet.
+    pub(super) fn take_ray(&mut self, lane: usize) {
+        self.ray = lane;
+    }
 }
 
 /// Finds every zero of the net in the box `[low, high]` of its unit square, a margin of rounding around it included, into
@@ -70,12 +107,18 @@ pub(crate) fn find_roots(
     let operations = u32::try_from(4 * (m + n)).expect("degrees are at most 12");
     // the restricted nets shrink with their boxes, so their roundings sum to twice the first at most
     let margin = net.rounding + 2.0 * gamma(operations) * greatest;
-    let mut search = Search { net, margin, scratch, statistics, boxes: 0 };
+    let most = match scratch.spent[scratch.ray] {
+        ..MAX_BOXES_OF_RAY => MAX_BOXES,
+        _ => FEW_BOXES,
+    };
+    let mut search = Search { net, margin, scratch, statistics, boxes: 0, most };
     search.restrict(0, [low.x, high.x], [low.y, high.y]);
-    search.search(0, low, high);
-    if search.boxes > MAX_BOXES {
+    search.search(0, [low, high], 0);
+    let boxes = search.boxes;
+    if boxes > most {
         statistics.not_converged += 1;
     }
+    scratch.spent[scratch.ray] += boxes;
     statistics.roots += scratch.roots.len() as u64;
 }
 
@@ -85,6 +128,7 @@ struct Search<'a> {
     scratch: &'a mut SearchScratch,
     statistics: &'a mut TraceStatistics,
     boxes: usize,
+    most: usize,
 }
 
 /// Bounds on the only zero of a box on which the map is one to one, in the box's own unit square.
@@ -163,13 +207,13 @@ enum Step {
 }
 
 impl Search<'_> {
-    /// Searches the box `[low, high]`, whose net is on top of the stack from `start`; leaves the stack as it was, but
-    /// for that net.
-    fn search(&mut self, start: usize, mut low: DVec2, mut high: DVec2) {
+    /// Searches the box `[low, high]`, whose net is on top of the stack from `start`, and which so many splits have made; leaves
+    /// the stack as it was, but for that net.
+    fn search(&mut self, start: usize, [mut low, mut high]: [DVec2; 2], mut splits: usize) {
         loop {
             self.boxes += 1;
             self.statistics.boxes += 1;
-            if self.boxes > MAX_BOXES {
+            if self.boxes > self.most {
                 return;
             }
             match self.examine(start, low, high) {
@@ -180,6 +224,11 @@ impl Search<'_> {
                     (low, high) = (low + size * DVec2::new(s[0], t[0]), low + size * DVec2::new(s[1], t[1]));
                 }
                 Step::Split(parameter) => {
+                    splits += 1;
+                    if splits > MAX_SPLITS {
+                        self.statistics.not_converged += 1;
+                        return;
+                    }
                     let second = self.split(start, parameter);
                     let middle = 0.5 * (low + high);
                     let (mut low_second, mut high_first) = (low, high);
@@ -187,7 +236,7 @@ impl Search<'_> {
                         Parameter::S => (low_second.x, high_first.x) = (middle.x, middle.x),
                         Parameter::T => (low_second.y, high_first.y) = (middle.y, middle.y),
                     }
-                    self.search(second, low_second, high);
+                    self.search(second, [low_second, high], splits);
                     self.scratch.nets.truncate(second);
                     high = high_first;
                 }

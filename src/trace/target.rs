@@ -22,6 +22,10 @@ const EVAL_OPERATIONS: u32 = 64;
 /// Rays from no farther than this, in local units, have the tolerance of tangents that leaves are made with.
 const NEAR_RAYS: f64 = 8.0;
 
+/// Ratio of weights above which the rounding of a point is bounded by the control points one by one: the extent alone, which is
+/// known without looking at them, gives a bound that grows with the ratio's square.
+const LARGE_RATIO: f64 = 100.0;
+
 /// A leaf with its patch.
 #[derive(Clone, Copy)]
 pub(super) struct Target<'a> {
@@ -123,7 +127,13 @@ pub(super) fn clip_leaf(target: &Target<'_>, ray: &Ray, solver: &mut Solver) -> 
 /// Bound on the rounding of each coordinate of a patch's evaluated point.
 pub(super) fn position_error(patch: &BezierPatch) -> f64 {
     let Extent { magnitude, greatest_weight, least_weight } = patch.extent();
-    gamma(EVAL_OPERATIONS) * magnitude / least_weight * (greatest_weight / least_weight)
+    let ratio = greatest_weight / least_weight;
+    if ratio > LARGE_RATIO {
+        // sums of w P and of w are of positive terms: their roundings are in parts of themselves, and the weights cancel out
+        let places = patch.control_points().map(|point| point.truncate().length() / point.w);
+        return 2.0 * gamma(EVAL_OPERATIONS) * places.fold(0.0, f64::max);
+    }
+    gamma(EVAL_OPERATIONS) * magnitude / least_weight * ratio
 }
 
 /// The same with the error of the trim's border, and of a patch that stands for another surface.

@@ -3,6 +3,7 @@
 use std::array;
 use std::f32::consts::PI;
 use std::iter;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -33,11 +34,9 @@ impl Filters {
         Self { sensitivity, gaussian, edge, point, border }
     }
 
-    /// Filters the rows of a picture, of whose pixels `linear` makes colours; for each row [`Self::ACROSS`] `rows`.
-    pub(super) fn across<F>(&self, width: usize, pixels: &[Colour], linear: F, rows: &mut Vec<f32>)
-    where
-        F: Fn(Colour) -> Colour + Sync,
-    {
+    /// Filters rows of a picture from row `first` on, whose colours `linear` gives by their places in the picture; for each row
+    /// [`Self::ACROSS`] in `rows`.
+    fn across(&self, width: usize, first: usize, linear: impl Fn(usize) -> Colour + Sync, rows: &mut [f32]) {
         let Self { sensitivity: [luminance, red_green, blue_yellow, wide], gaussian, edge, point, border } =
             self;
         // of luminance, red against green, blue against yellow, and luminance from 0 to 1
@@ -50,28 +49,27 @@ impl Filters {
             (3, point),
             (3, gaussian),
         ];
-        rows.resize(pixels.len() * Self::ACROSS, 0.0);
-        rows.par_chunks_mut(width * Self::ACROSS).zip(pixels.par_chunks(width)).for_each(
-            |(filtered, row)| {
-                let mut bordered: [Vec<f32>; 4] = array::from_fn(|_| Vec::with_capacity(width + 2 * border));
-                for (x, &pixel) in row.iter().enumerate() {
-                    let beyond = [x == 0, x + 1 == width].into_iter().filter(|&ends| ends).count() * border;
-                    let [y, cx, cz] = opponent(linear(pixel));
-                    let share = y * (1.0 / 116.0) + 16.0 / 116.0;
-                    for (values, value) in bordered.iter_mut().zip([y, cx, cz, share]) {
-                        values.extend(iter::repeat_n(value, 1 + beyond));
-                    }
+        rows.par_chunks_mut(width * Self::ACROSS).enumerate().for_each(|(index, filtered)| {
+            let row = first + index;
+            let mut bordered: [Vec<f32>; 4] = array::from_fn(|_| Vec::with_capacity(width + 2 * border));
+            for x in 0..width {
+                let beyond = [x == 0, x + 1 == width].into_iter().filter(|&ends| ends).count() * border;
+                let [y, cx, cz] = opponent(linear(row * width + x));
+                let share = y * (1.0 / 116.0) + 16.0 / 116.0;
+                for (values, value) in bordered.iter_mut().zip([y, cx, cz, share]) {
+                    values.extend(iter::repeat_n(value, 1 + beyond));
                 }
-                for ((of, weights), sums) in filters.into_iter().zip(filtered.chunks_exact_mut(width)) {
-                    let first = border - weights.len() / 2;
-                    convolve(sums, weights, |step| &bordered[of][first + step..][..width]);
-                }
-            },
-        );
+            }
+            for ((of, weights), sums) in filters.into_iter().zip(filtered.chunks_exact_mut(width)) {
+                let first = border - weights.len() / 2;
+                convolve(sums, weights, |step| &bordered[of][first + step..][..width]);
+            }
+        });
     }
 
     /// Filters what [`Self::across`] has made along a column, for all pixels of the row `y`.
-    pub(super) fn down(&self, width: usize, across: &[f32], y: usize) -> Vec<Seen> {
+    pub(super) fn down(&self, strip: &Strip, y: usize) -> Vec<Seen> {
+        let (width, across) = (strip.size[0], &strip.rows);
         let Self { sensitivity: [luminance, red_green, blue_yellow, wide], gaussian, edge, point, .. } = self;
         let filters = [
             (0, luminance),
@@ -83,12 +81,12 @@ impl Filters {
             (6, edge),
             (6, point),
         ];
-        let last = across.len() / (width * Self::ACROSS) - 1;
+        let last = strip.size[1] - 1;
         let mut rows = vec![0.0; width * Self::DOWN];
         for ((of, weights), sums) in filters.into_iter().zip(rows.chunks_exact_mut(width)) {
             let radius = weights.len() / 2;
             convolve(sums, weights, |step| {
-                let from = (y + step).saturating_sub(radius).min(last);
+                let from = (y + step).saturating_sub(radius).min(last) - strip.first;
                 &across[(from * Self::ACROSS + of) * width..][..width]
             });
         }
@@ -97,6 +95,47 @@ impl Filters {
             Seen { opponent: [y, cx, cz + wide], edge: length(dx, dy), point: length(ddx, ddy) }
         };
         (0..width).map(seen).collect()
+    }
+}
+
+/// Rows of a picture, filtered across; enough of them to filter some rows of the picture along columns.
+#[derive(Debug)]
+pub(super) struct Strip {
+    /// Width and height of the picture.
+    size: [usize; 2],
+    /// The first row of the picture that is there.
+    first: usize,
+    rows: Vec<f32>,
+}
+
+impl Strip {
+    /// Memory that the rows of a strip may take, unless a filter needs more.
+    const BYTES: usize = 1 << 26;
+
+    pub(super) const fn new(size: [usize; 2]) -> Self {
+        Self { size, first: 0, rows: Vec::new() }
+    }
+
+    /// How many rows of a picture are filtered along columns by one strip.
+    pub(super) fn height(filters: &Filters, width: usize) -> usize {
+        (Self::BYTES / (4 * Filters::ACROSS * width)).max(4 * filters.border).max(1)
+    }
+
+    /// Goes on to the rows that `of` needs, which follow those before; `linear` gives colours by their places in the picture.
+    pub(super) fn advance(
+        &mut self,
+        filters: &Filters,
+        of: Range<usize>,
+        linear: impl Fn(usize) -> Colour + Sync,
+    ) {
+        let [width, height] = self.size;
+        let row = width * Filters::ACROSS;
+        let (start, end) = (of.start.saturating_sub(filters.border), (of.end + filters.border).min(height));
+        self.rows.drain(..(start - self.first) * row);
+        let kept = self.rows.len();
+        self.first = start;
+        self.rows.resize((end - start) * row, 0.0);
+        filters.across(width, start + kept / row, linear, &mut self.rows[kept..]);
     }
 }
 

@@ -19,8 +19,8 @@ use rayon::prelude::*;
 use self::colour::{
     Colour, exp2, hyab, linear_from_opponent, linear_from_srgb, log2, luminance, perceived, power, to_f32,
 };
-use self::filter::{Filters, Seen};
-use crate::difference::colour_picture::{ColourPicture, Pair, is_finite};
+use self::filter::{Filters, Seen, Strip};
+use crate::difference::colour_picture::{ColourPicture, Pair, PicturePair, is_finite};
 
 pub use self::colour::srgb_from_linear;
 pub use self::magma::magma;
@@ -54,9 +54,18 @@ pub struct Exposures {
 /// If the pictures' sizes differ or do not fit their pixels, or if `pixels_per_degree` is not finite and positive.
 #[must_use]
 pub fn ldr_flip(reference: ColourPicture, test: ColourPicture, pixels_per_degree: f64) -> Vec<f32> {
-    let pair = Pair::new(reference, test);
+    let pictures = [reference, test];
+    ldr_errors(&Pair::checked(&pictures), pixels_per_degree)
+}
+
+/// As [`ldr_flip`], of pictures that are looked up.
+pub(super) fn ldr_flip_of_pair(pictures: &impl PicturePair, pixels_per_degree: f64) -> Vec<f32> {
+    ldr_errors(&Pair::new(pictures), pixels_per_degree)
+}
+
+fn ldr_errors(pair: &Pair<'_, impl PicturePair>, pixels_per_degree: f64) -> Vec<f32> {
     let linear = |colour: Colour| colour.map(|share| clamped(linear_from_srgb(share)));
-    errors(&pair, &filters(pixels_per_degree), linear, &mut Rows::default())
+    errors(pair, &filters(pixels_per_degree), linear)
 }
 
 /// As [`ldr_flip`], of linear colours.
@@ -65,8 +74,8 @@ pub fn ldr_flip(reference: ColourPicture, test: ColourPicture, pixels_per_degree
 /// As [`ldr_flip`].
 #[must_use]
 pub fn ldr_flip_of_linear(reference: ColourPicture, test: ColourPicture, pixels_per_degree: f64) -> Vec<f32> {
-    let pair = Pair::new(reference, test);
-    errors(&pair, &filters(pixels_per_degree), |colour| colour.map(clamped), &mut Rows::default())
+    let pictures = [reference, test];
+    errors(&Pair::checked(&pictures), &filters(pixels_per_degree), |colour| colour.map(clamped))
 }
 
 /// Errors of linear colours (Rec. 709) of any brightness, tone-mapped at [`Exposures`] that the reference needs.
@@ -77,15 +86,25 @@ pub fn ldr_flip_of_linear(reference: ColourPicture, test: ColourPicture, pixels_
 /// As [`ldr_flip`].
 #[must_use]
 pub fn hdr_flip(reference: ColourPicture, test: ColourPicture, pixels_per_degree: f64) -> HdrFlip {
-    let (pair, filters) = (Pair::new(reference, test), filters(pixels_per_degree));
-    let exposures = Exposures::for_reference(reference.pixels);
-    let mut rows = Rows::default();
-    let mut map = vec![0.0_f32; reference.pixels.len()];
+    let pictures = [reference, test];
+    hdr_errors(&Pair::checked(&pictures), &pictures, pixels_per_degree)
+}
+
+/// As [`hdr_flip`], of pictures that are looked up.
+pub(super) fn hdr_flip_of_pair(pictures: &impl PicturePair, pixels_per_degree: f64) -> HdrFlip {
+    hdr_errors(&Pair::new(pictures), pictures, pixels_per_degree)
+}
+
+fn hdr_errors<P: PicturePair>(pair: &Pair<'_, P>, pictures: &P, pixels_per_degree: f64) -> HdrFlip {
+    let filters = filters(pixels_per_degree);
+    let [width, height] = pair.size;
+    let exposures = Exposures::for_reference((0..width * height).map(|place| pictures.colour(0, place)));
+    let mut map = vec![0.0_f32; width * height];
     for exposure in exposures.iter() {
         // beyond, a factor would be infinite
         let factor = exp2(exposure.min(127.0));
         let linear = |colour: Colour| colour.map(|value| clamped(tone(value * factor)));
-        let errors = errors(&pair, &filters, linear, &mut rows);
+        let errors = errors(pair, &filters, linear);
         map.iter_mut().zip(errors).for_each(|(greatest, error)| *greatest = greatest.max(error));
     }
     HdrFlip { map, exposures }
@@ -114,13 +133,12 @@ const fn clamped(value: f32) -> f32 {
 
 impl Exposures {
     /// From where the reference's greatest luminance is mapped to 0.85, to where its median is (2021 paper).
-    fn for_reference(reference: &[Colour]) -> Self {
+    fn for_reference(reference: impl Iterator<Item = Colour>) -> Self {
         const BRIGHT: f32 = 0.85;
         let [a, b, c]: Colour = std::array::from_fn(|i| ACES[0][i] - BRIGHT * ACES[1][i]);
         let half = -0.5 * (b / a);
         let bright = half + (half * half - c / a).sqrt();
-        let mut luminances: Vec<_> =
-            reference.iter().filter(|colour| is_finite(colour)).copied().map(luminance).collect();
+        let mut luminances: Vec<_> = reference.filter(is_finite).map(luminance).collect();
         let greatest = luminances.iter().copied().fold(0.0, f32::max);
         let middle = luminances.len() / 2;
         let median = if luminances.is_empty() {
@@ -143,27 +161,31 @@ impl Exposures {
     }
 }
 
-/// Space for what [`Filters::across`] makes of two pictures.
-type Rows = [Vec<f32>; 2];
-
-/// LDR-FLIP of two pictures of which `linear` makes linear colours in `[0, 1]`.
-fn errors<F>(pair: &Pair, filters: &Filters, linear: F, rows: &mut Rows) -> Vec<f32>
-where
-    F: Fn(Colour) -> Colour + Sync,
-{
+/// LDR-FLIP of two pictures of which `linear` makes linear colours in `[0, 1]`, strip by strip.
+fn errors(
+    pair: &Pair<'_, impl PicturePair>,
+    filters: &Filters,
+    linear: impl Fn(Colour) -> Colour + Sync,
+) -> Vec<f32> {
     let [width, height] = pair.size;
     let scale = ColourScale::new();
-    for (pixels, rows) in pair.pixels.iter().zip(rows.iter_mut()) {
-        filters.across(width, pixels, &linear, rows);
-    }
     let mut map = vec![0.0; width * height];
-    map.par_chunks_mut(width).enumerate().for_each(|(y, errors)| {
-        let [reference, test] = rows.each_ref().map(|rows| filters.down(width, rows, y));
-        for (error, (a, b)) in errors.iter_mut().zip(reference.iter().zip(&test)) {
-            // The final difference; what rounding leaves beyond 1, or makes of 0 to the power of 0, is 1
-            *error = power(scale.difference(a, b), 1.0 - feature_difference(a, b)).min(1.0);
+    let mut strips = [(); 2].map(|()| Strip::new(pair.size));
+    let of_strip = Strip::height(filters, width);
+    for (number, errors) in map.chunks_mut(of_strip * width).enumerate() {
+        let first = number * of_strip;
+        for (which, strip) in strips.iter_mut().enumerate() {
+            let rows = first..first + errors.len() / width;
+            strip.advance(filters, rows, |place| linear(pair.colour(which, place)));
         }
-    });
+        errors.par_chunks_mut(width).enumerate().for_each(|(row, errors)| {
+            let [reference, test] = strips.each_ref().map(|strip| filters.down(strip, first + row));
+            for (error, (a, b)) in errors.iter_mut().zip(reference.iter().zip(&test)) {
+                // The final difference; what rounding leaves beyond 1, or makes of 0 to the power of 0, is 1
+                *error = power(scale.difference(a, b), 1.0 - feature_difference(a, b)).min(1.0);
+            }
+        });
+    }
     for &place in &pair.damaged {
         map[place] = 1.0;
     }

@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use crate::choice::Choice;
 use crate::manipulate::{DirectManipulation, Drag, DragError, PointSolution, solve_weights};
+use crate::math::magnitude::{self, HEAVIEST, LARGEST, MagnitudeError};
 use crate::model::error::{ModelError, PartsOutside};
 use crate::spline::{Axis, ControlLattice, HeldPoint, KnotBox, SignedAxis, SplineVolume, VolumeError};
 use crate::subdivide::FrameChoice;
@@ -18,6 +19,10 @@ use crate::trace::Ray;
 /// A flat axis of an object's box is widened by this part of the box's longest side to both sides, so that the lattice
 /// has room to bend.
 const FLAT_AXIS_PADDING: f64 = 0.25;
+
+/// Farthest that a control point may be from the middle of the lattice's box, in parts of its diagonal: rays are traced in a scene of
+/// size 1 with a tolerance of some 1e-8, and what the lattice does not move would be smaller than that.
+const FARTHEST: f64 = 1e8;
 
 /// A free-form deformation by a B-spline volume over a box.
 #[derive(Clone, Debug, PartialEq)]
@@ -184,6 +189,35 @@ pub enum EditError {
     /// The control point is held.
     #[error(transparent)]
     Held(#[from] HeldPoint),
+    /// The edit takes a control point too far.
+    #[error("control point {index:?}: {source}")]
+    TooLarge {
+        /// Index of the control point.
+        index: [usize; 3],
+        /// How far.
+        source: MagnitudeError,
+    },
+    /// The edit takes a control point so far that nothing else of the object could be told apart.
+    #[error(
+        "control point {index:?} is {distance:e} from the lattice's box, which is {size:e} in size; \
+         {FARTHEST:e} times its size is the most: a smaller edit or a larger box would do"
+    )]
+    TooFar {
+        /// Index of the control point.
+        index: [usize; 3],
+        /// How far it is from the middle of the box.
+        distance: f64,
+        /// The box's diagonal.
+        size: f64,
+    },
+    /// The edit gives a control point a weight that is too large or too small.
+    #[error("control point {index:?} gets the weight {weight:e}, but weights must lie between {:e} and {HEAVIEST:e}", 1.0 / HEAVIEST)]
+    Weight {
+        /// Index of the control point.
+        index: [usize; 3],
+        /// Its weight.
+        weight: f64,
+    },
     /// Not as many control points as the lattice has.
     #[error("{got} control points given, {want} needed")]
     Count {
@@ -326,16 +360,16 @@ impl Lattice {
         seen: Seen<'_>,
     ) -> Result<BuiltLattice, ModelError> {
         let bounds = self.bounds.unwrap_or_else(|| padded(object_bounds));
+        magnitude::check(bounds)
+            .map_err(|source| ModelError::Magnitude { deformer: Some(deformer), source })?;
         let fault = |source: VolumeError| ModelError::Lattice { deformer, source };
         let mut lattice =
             ControlLattice::identity(self.degree, self.points, bounds, self.hold).map_err(fault)?;
         let mut drags = Vec::new();
         for (number, edit) in self.edits.iter().enumerate() {
-            let report = edit.apply(&mut lattice, seen).map_err(|source| ModelError::Edit {
-                deformer,
-                edit: number,
-                source,
-            })?;
+            let fault = |source: EditError| ModelError::Edit { deformer, edit: number, source };
+            let report = edit.apply(&mut lattice, seen).map_err(fault)?;
+            check_points(&lattice).map_err(fault)?;
             drags.extend(report.map(|report| DragReport { edit: number + 1, ..report }));
         }
         let volume = lattice.volume().map_err(fault)?;
@@ -353,6 +387,26 @@ impl Lattice {
             Outside::Error => parts().map_or(Ok(()), |parts| Err(ModelError::Outside { deformer, parts })),
         }
     }
+}
+
+/// Refuses control points that are too far, or whose weights are too large or too small, to compute with.
+fn check_points(lattice: &ControlLattice) -> Result<(), EditError> {
+    let [low, high] = lattice.bounds();
+    let (middle, size) = (0.5 * low + 0.5 * high, (high - low).length());
+    for (flat, point) in lattice.points().iter().enumerate() {
+        let (index, most) = (lattice.index_of(flat), magnitude::greatest([point.truncate()]));
+        if most > LARGEST {
+            return Err(EditError::TooLarge { index, source: MagnitudeError::TooLarge(most) });
+        }
+        let distance = point.truncate().distance(middle);
+        if distance > FARTHEST * size {
+            return Err(EditError::TooFar { index, distance, size });
+        }
+        if !(point.w <= HEAVIEST && point.w >= 1.0 / HEAVIEST) {
+            return Err(EditError::Weight { index, weight: point.w });
+        }
+    }
+    Ok(())
 }
 
 /// The box with flat axes widened.

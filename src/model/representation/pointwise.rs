@@ -21,6 +21,9 @@ const MAX_TRIANGLES: usize = 20_000_000;
 /// by rounding.
 const ON_BORDER: f64 = 1e-10;
 
+/// Memory that a triangle takes: twice the facet, and its face.
+const FACET_BYTES: u64 = 1000;
+
 /// Greatest number of splittings.
 pub(super) const MAX_LEVEL: u32 = 12;
 
@@ -37,6 +40,10 @@ pub(super) fn construct(shape: &PlacedShape<'_>, level: u32) -> Result<Construct
     if fans.saturating_mul(each) > MAX_TRIANGLES {
         return Err(ModelError::TooManyTriangles { level, most: MAX_TRIANGLES });
     }
+    let count = fans * each;
+    let _promise = shape
+        .memory
+        .ask(format_args!("pointwise:{level} of {fans} triangles"), count as u64 * FACET_BYTES)?;
     let moved = |rest: DVec3| lattices.iter().fold(rest, |place, lattice| moved(&lattice.volume, place));
     let numbers = split_vertices(polygons, level);
     let of_polygon = |index: usize| {
