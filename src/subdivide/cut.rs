@@ -264,23 +264,43 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// Splits `rest` into `below` and `above` the plane; corners in the plane go to both.
+    /// Splits `rest` into `below` and `above` the plane.
+    ///
+    /// Where the outline goes from one side to the other it has one point in both: a corner in the plane, or a crossing. Of several
+    /// corners in the plane one after the other, which a needle has after its corners were moved onto knots, it is the first; the
+    /// others stay on the side to which the outline goes, or comes back.
     fn split(&mut self, axis: usize, number: usize) {
         let plane = self.volume.axes()[axis].breakpoints()[number];
         self.below.clear();
         self.above.clear();
         let count = self.rest.len();
+        let side = |corner: &Corner| corner.place[axis].total_cmp(&plane);
+        let Some(last) = self.rest.iter().rev().map(side).find(|side| *side != Ordering::Equal) else {
+            return;
+        };
+        let (mut before, mut is_run) = (last, self.rest.last().is_some_and(|corner| side(corner).is_eq()));
         for i in 0..count {
             let (here, next) = (self.rest[i], self.rest[(i + 1) % count]);
-            let side = here.place[axis].total_cmp(&plane);
-            if side != Ordering::Greater {
+            let own = side(&here);
+            let after = if own == Ordering::Equal {
+                let onwards = (1..count).map(|step| side(&self.rest[(i + step) % count]));
+                onwards.into_iter().find(|side| *side != Ordering::Equal).unwrap_or(before)
+            } else {
+                own
+            };
+            let is_in_both = own == Ordering::Equal && before != after && !is_run;
+            if after == Ordering::Less || is_in_both {
                 self.below.push(here);
             }
-            if side != Ordering::Less {
+            if after == Ordering::Greater || is_in_both {
                 self.above.push(here);
             }
-            let next_side = next.place[axis].total_cmp(&plane);
-            if side != Ordering::Equal && next_side != Ordering::Equal && side != next_side {
+            is_run = own == Ordering::Equal;
+            if !is_run {
+                before = own;
+            }
+            let next_side = side(&next);
+            if own != Ordering::Equal && next_side != Ordering::Equal && own != next_side {
                 let crossing = self.crossing([here, next], axis, number);
                 self.below.push(crossing);
                 self.above.push(crossing);
@@ -400,6 +420,35 @@ mod tests {
             let corners = [DVec3::new(x, 0.1, 0.1), DVec3::new(x, 0.3, 0.1), DVec3::new(x, 0.1, 0.3)];
             assert_eq!(cut_one(&corners).piece(0).knot_box, Some([want, 0, 0]), "at x = {x}");
         }
+    }
+
+    #[test]
+    fn pieces_of_a_needle_among_knot_planes_do_not_overlap() {
+        // all corners all but in the planes x = 2/3 and z = 2/3: after cuts and moves two corners in a row are in a plane that others
+        // are on both sides of
+        let corners = [
+            DVec3::new(0.6666666663773373, 0.3333333333328949, 0.6666666659950312),
+            DVec3::new(0.6666666666579394, 0.6666666666393006, 0.6666666666668505),
+            DVec3::new(0.6666667291230501, 0.73443110660078, 0.6666666666698072),
+        ];
+        let volume = SplineVolume::identity([2; 3], [5; 3], [DVec3::ZERO, DVec3::ONE]).unwrap();
+        let pieces = cut_at_knot_planes(std::iter::once((0, &corners[..])), Some(&volume), false);
+        assert!(pieces.len() > 3);
+        let mut edges: HashMap<[u32; 2], usize> = HashMap::new();
+        for piece in 0..pieces.len() {
+            let vertices = pieces.vertices(piece);
+            for (i, &from) in vertices.iter().enumerate() {
+                *edges.entry([from, vertices[(i + 1) % vertices.len()]]).or_default() += 1;
+            }
+        }
+        assert!(edges.values().all(|&count| count == 1), "{edges:?}");
+        // the outline alone has no partner: three corners, and where planes cross its sides
+        let alone = edges.keys().filter(|[a, b]| !edges.contains_key(&[*b, *a])).count();
+        let euler = pieces.len() as isize - (edges.len() + alone) as isize / 2;
+        let mut vertices: Vec<u32> = edges.keys().map(|edge| edge[0]).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        assert_eq!(euler + vertices.len() as isize, 1, "a disc");
     }
 
     #[test]

@@ -66,6 +66,50 @@ fn closed_solids_stay_closed() {
     }
 }
 
+/// The ball with each of its vertices moved at random, to just beside a knot plane: those at 1/n, 2/n, … of `planes` n.
+fn badly_placed_ball(noise: &mut Noise, planes: u32) -> Vec<[DVec3; 3]> {
+    let mut moved: HashMap<[u64; 3], DVec3> = HashMap::new();
+    let mut place = |vertex: DVec3| {
+        *moved.entry(vertex.to_array().map(f64::to_bits)).or_insert_with(|| {
+            let mut point = vertex.lerp(DVec3::splat(0.5), 0.2) + 0.08 * noise.vector();
+            // one axis each: needles along two planes are not all closed by index
+            let axis = [0, 1, 2][usize::from(noise.next() > 0.0) + usize::from(noise.next() > 0.0)];
+            // not the faces of the box, where what is outside is torn off
+            let plane = (point[axis] * f64::from(planes)).round().clamp(1.0, f64::from(planes - 1));
+            let off = 10_f64.powf(-10.0 + 7.0 * noise.next());
+            point[axis] = plane / f64::from(planes) + if noise.next() > 0.0 { off } else { -off };
+            point
+        })
+    };
+    ball_triangles().into_iter().map(|triangle| triangle.map(&mut place)).collect()
+}
+
+/// Every edge is there once in each direction, by the vertices' numbers.
+fn assert_closed_by_index(mesh: &Tessellation, what: &str) {
+    let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
+    let first = |vertex: u32| mesh.first_at_point[vertex as usize];
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(first);
+        for edge in [[a, b], [b, c], [c, a]] {
+            *edges.entry(edge).or_default() += 1;
+        }
+    }
+    let open = edges.iter().filter(|([a, b], count)| **count != 1 || !edges.contains_key(&[*b, *a])).count();
+    assert_eq!(open, 0, "{what}: of {} edges", edges.len());
+}
+
+#[test]
+fn solids_with_badly_placed_vertices_are_closed_by_index() {
+    let mut noise = Noise(77);
+    for number in 0..200 {
+        let solid = badly_placed_ball(&mut noise, 3);
+        let volume = random_volume(&mut noise, [2; 3], [5; 3], 0.05, number % 2 == 1);
+        let frame = if number % 4 < 2 { FrameChoice::Parallelogram } else { FrameChoice::Rectangle };
+        let mesh = made(&object(deform(&solid, Some(&volume), frame)), Fineness::Level(0));
+        assert_closed_by_index(&mesh, &format!("solid {number}"));
+    }
+}
+
 /// A volume over part of the unit cube, whose boundary stays in place to its tangents.
 fn held_volume() -> SplineVolume {
     let bounds = [DVec3::new(0.2, 0.0, 0.3), DVec3::new(0.8, 1.0, 1.0)];
