@@ -1,111 +1,33 @@
 //! Hits of one ray in one place: where faces of a plane overlap, and at edges and vertices that faces share.
 
-use std::collections::HashMap;
+use crate::patch::LoopPosition;
 
-use glam::DVec2;
-
-use crate::math::polygon;
-use crate::patch::{Face, LoopPosition, Region};
-
-use super::object::{PatchHit, TracedObject};
+use super::object::PatchHit;
 use super::ray::Ray;
 use super::scene::TracedScene;
 
-/// Loops overlap if they have more in common than this part of the smaller one's area: neighbours overlap by rounding.
-const COMMON: f64 = 1e-12;
-
-/// Loops that overlap others of the same face: faces of a plane with the same winding share a patch.
-#[derive(Debug, Default)]
-pub(super) struct Overlaps {
-    /// By object, patch and polygon, the other loops of the patch that overlap the polygon's.
-    others: HashMap<[u32; 3], Vec<u32>>,
-}
-
-impl Overlaps {
-    /// Those of all faces.
-    pub(super) fn new(objects: &[TracedObject]) -> Self {
-        let mut overlaps = Self::default();
-        for (object, traced) in (0..).zip(objects) {
-            for (patch, face) in (0..).zip(traced.faces()) {
-                if face.region.len() > 1 {
-                    overlaps.add([object, patch], face);
-                }
-            }
-        }
-        overlaps
+/// The hits, each followed by one for every other loop that holds its place and not only at its border.
+pub(super) fn with_others(scene: &TracedScene, ray: &Ray, hits: Vec<PatchHit>) -> Vec<PatchHit> {
+    let overlaps = scene.overlaps();
+    if overlaps.is_empty() {
+        return hits;
     }
-
-    fn add(&mut self, [object, patch]: [u32; 2], face: &Face) {
-        for [a, b] in overlapping(&face.region) {
-            for [one, other] in [[a, b], [b, a]] {
-                let polygon = face.region.trim_loop(one).polygon;
-                let other = u32::try_from(other).expect("fewer than 2^32 loops fit in memory");
-                self.others.entry([object, patch, polygon]).or_default().push(other);
-            }
+    let mut all = Vec::with_capacity(hits.len());
+    for hit in hits {
+        all.push(hit);
+        let others = overlaps.others(&hit);
+        if others.is_empty() {
+            continue;
         }
+        let region = &scene.trimmed(&hit).region;
+        let tolerance = scene.st_error(&hit, ray);
+        let others = others.iter().map(|&other| region.trim_loop(other as usize));
+        let others = others
+            .filter(|other| region.position(other, hit.st, tolerance) == LoopPosition::Inside)
+            .map(|other| PatchHit { face: other.face, polygon: other.polygon, on_border: false, ..hit });
+        all.extend(others);
     }
-
-    /// The hits, each followed by one for every other loop that holds its place and not only at its border.
-    pub(super) fn with_others(&self, scene: &TracedScene, ray: &Ray, hits: Vec<PatchHit>) -> Vec<PatchHit> {
-        if self.others.is_empty() {
-            return hits;
-        }
-        let mut all = Vec::with_capacity(hits.len());
-        for hit in hits {
-            all.push(hit);
-            let Some(others) = self.others.get(&[hit.object, hit.patch, hit.polygon]) else { continue };
-            let region = &scene.trimmed(&hit).region;
-            let tolerance = scene.st_error(&hit, ray);
-            let others = others.iter().map(|&other| region.trim_loop(other as usize));
-            let others = others
-                .filter(|other| region.position(other, hit.st, tolerance) == LoopPosition::Inside)
-                .map(|other| PatchHit { face: other.face, polygon: other.polygon, on_border: false, ..hit });
-            all.extend(others);
-        }
-        all
-    }
-}
-
-/// Pairs of loops with an area in common.
-fn overlapping(region: &Region) -> Vec<[usize; 2]> {
-    let loops: Vec<_> = region.loops().map(|trim_loop| region.corners(&trim_loop)).collect();
-    let boxes: Vec<_> = loops.iter().filter_map(|corners| polygon::bounds(corners.iter().copied())).collect();
-    let grid = Grid { side: (loops.len() as f64).sqrt().ceil() };
-    let mut cells: HashMap<[i64; 2], Vec<usize>> = HashMap::new();
-    let mut found = Vec::new();
-    for (number, &[low, high]) in boxes.iter().enumerate() {
-        let ([from_s, from_t], [to_s, to_t]) = (grid.cell(low), grid.cell(high));
-        for cell in (from_s..=to_s).flat_map(|s| (from_t..=to_t).map(move |t| [s, t])) {
-            let here = cells.entry(cell).or_default();
-            for &other in &*here {
-                let [least, greatest] = [low.max(boxes[other][0]), high.min(boxes[other][1])];
-                // each pair in the first cell of what their boxes share
-                let meets = least.cmplt(greatest).all() && grid.cell(least) == cell;
-                if meets && have_area(loops[number], loops[other]) {
-                    found.push([other, number]);
-                }
-            }
-            here.push(number);
-        }
-    }
-    found
-}
-
-fn have_area(a: &[DVec2], b: &[DVec2]) -> bool {
-    let smaller = polygon::doubled_area(a).min(polygon::doubled_area(b));
-    polygon::doubled_area(&polygon::clip_to_convex(a, b)) > COMMON * smaller
-}
-
-/// The unit square in square cells.
-struct Grid {
-    side: f64,
-}
-
-impl Grid {
-    #[expect(clippy::cast_possible_truncation, reason = "a cell of a small grid")]
-    fn cell(&self, st: DVec2) -> [i64; 2] {
-        (st * self.side).to_array().map(|x| x.floor() as i64)
-    }
+    all
 }
 
 /// Sorted hits without those at an edge or a vertex of a face where another face of the object has one already.

@@ -18,6 +18,7 @@ mod local;
 mod net;
 mod newton;
 mod object;
+mod overlaps;
 mod packet;
 mod polish;
 mod projection;

@@ -10,11 +10,11 @@ use crate::memory::{MemoryLimit, OutOfMemory};
 use crate::patch::Face;
 
 use super::bvh::Bvh;
-use super::coincident::Overlaps;
 use super::interaction::{self, SurfaceInteraction};
 use super::leaf::{Cover, Cut, Leaf, Leaves};
 use super::local::LocalSpace;
 use super::object::{PatchHit, TracedObject};
+use super::overlaps::Overlaps;
 use super::ray::Ray;
 use super::statistics::AccelerationStatistics;
 use super::target::{Target, surface_error, tolerance};

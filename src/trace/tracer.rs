@@ -76,7 +76,7 @@ impl<'a> Tracer<'a> {
             *hit = on_surface(scene, *hit, ray, &mut scratch.solver.statistics);
         }
         query::sort(&mut hits);
-        scene.overlaps().with_others(scene, ray, hits)
+        coincident::with_others(scene, ray, hits)
     }
 
     /// As [`Self::all`], but of hits in one place at edges and vertices of faces only the first: one that faces share counts once.
