@@ -12,10 +12,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
-use thiserror::Error;
 
 use crate::math::magnitude::{self, LARGEST, MagnitudeError, SMALLEST};
-use crate::memory::{MemoryLimit, OutOfMemory};
+use crate::memory::MemoryLimit;
 use crate::patch::{BezierPatch, Face, LineCuts, Overlap, Region, Shell, TrimLoop};
 use crate::spline::{KnotBox, SplineVolume};
 use crate::subdivide::VertexNumbers;
@@ -23,6 +22,7 @@ use crate::subdivide::VertexNumbers;
 use super::branch::{ByValue, Piece, pieces};
 use super::cell::{Cell, overlap, rectangle};
 use super::chain::{Chain, Formula};
+use super::cover_error::{CoverError, MAX_CELLS};
 use super::disc::Disc;
 use super::interpolate::{Interpolant, interpolate, interpolation_error, lebesgue};
 use super::loop_part::{LoopPart, local_region};
@@ -54,9 +54,6 @@ const MAX_HALVINGS: u32 = 30;
 /// object's size.
 const POINT: f64 = 1e-8;
 
-/// Cells of a surface, at most: a formula that is not smooth along a curve needs ever more.
-const MAX_CELLS: usize = 30_000;
-
 /// Rectangles of a surface that are looked at, at most: those of cells, those that are halved, and those in which parts of pieces
 /// are searched for.
 const MAX_RECTANGLES: usize = 8 * MAX_CELLS;
@@ -67,70 +64,6 @@ const CELL_BYTES: u64 = 4096;
 
 /// How finely a rectangle is searched for parts of a piece.
 const SEARCH_HALVINGS: u32 = 3;
-
-/// Why a formula cannot be covered. Places are (u, v) of a surface, or parameters of a patch.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum CoverError {
-    /// A step gives a point that is not finite.
-    #[error("at u = {0}, v = {1} the point is not finite: the exponent h phi^n is too large, or an expression has no value", place.x, place.y)]
-    NotFinite {
-        /// Index of the step.
-        step: usize,
-        /// Where.
-        place: DVec2,
-    },
-    /// A step takes a point too far.
-    #[error("at u = {0}, v = {1} {source}", place.x, place.y)]
-    TooLarge {
-        /// Index of the step.
-        step: usize,
-        /// Where.
-        place: DVec2,
-        /// How far.
-        source: MagnitudeError,
-    },
-    /// All of the surface comes to be as small as a point.
-    #[error("the deformed surface is too small: {source}")]
-    TooSmall {
-        /// How small.
-        source: MagnitudeError,
-    },
-    /// A step along a normal or tangent, where there is none.
-    #[error("at u = {0}, v = {1} the surface has no normal or tangent that the field could follow", place.x, place.y)]
-    NoNormal {
-        /// Index of the step.
-        step: usize,
-        /// Where.
-        place: DVec2,
-    },
-    /// The surface has too much detail.
-    #[error("more than {MAX_CELLS} cells would be needed, up to u = {0}, v = {1}: the surface has too many waves, or a curve along which an expression is not smooth, or lies too far from the origin for its size", place.x, place.y)]
-    TooMany {
-        /// How far they came.
-        place: DVec2,
-    },
-    /// There is too little memory for so many cells.
-    #[error(transparent)]
-    Memory(#[from] OutOfMemory),
-    /// No bounds were found.
-    #[error("about u = {0}, v = {1} the surface is not smooth enough to be bounded: an expression has a singular point or curve there", place.x, place.y)]
-    Unbounded {
-        /// Where.
-        place: DVec2,
-    },
-}
-
-impl CoverError {
-    /// Index of the step at fault, if it is one.
-    pub const fn step(&self) -> Option<usize> {
-        match self {
-            Self::NotFinite { step, .. } | Self::TooLarge { step, .. } | Self::NoNormal { step, .. } => {
-                Some(*step)
-            }
-            Self::TooSmall { .. } | Self::TooMany { .. } | Self::Memory(_) | Self::Unbounded { .. } => None,
-        }
-    }
-}
 
 /// How a chain is covered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

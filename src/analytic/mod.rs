@@ -8,6 +8,7 @@ mod branch;
 mod cell;
 mod chain;
 mod cover;
+mod cover_error;
 mod disc;
 mod expression;
 mod interpolate;
@@ -22,7 +23,8 @@ mod taylor;
 mod tests;
 
 pub use chain::{Chain, ChainError, MAX_FIELDS};
-pub use cover::{CoverError, CoverSettings, Covered, cover};
+pub use cover::{CoverSettings, Covered, cover};
+pub use cover_error::CoverError;
 pub use expression::Expression;
 pub use step::*;
 pub use syntax::ExpressionError;
