@@ -37,6 +37,9 @@ from OCP.TopoDS import TopoDS
 # Volume and area, relative.
 INTEGRAL = 1e-6
 
+# Triangles of a scene, about: the more, the nearer their limit is.
+TRIANGLES = 400_000
+
 # Hits, in parts of the diagonal.
 DISTANCE = 1e-7
 
@@ -209,7 +212,9 @@ def check(scene, rays, folder):
     fail_unless(tolerance <= allowed * (1 + 1e-9), f"{scene.name}: tolerance {tolerance}, not {allowed}")
     volume, area = integrals(shape)
     solids = [report["name"] for report in reports if report["solids"] and not report["open"]]
-    (coarse, _), (fine, corners) = (triangle_integrals(scene, folder, level, solids) for level in (3, 4))
+    _, few = triangle_integrals(scene, folder, 0, solids)
+    level = max(2, int(np.log2(TRIANGLES / len(few)) / 2))
+    (coarse, _), (fine, corners) = (triangle_integrals(scene, folder, level + up, solids) for up in (0, 1))
     limit = (4 * fine - coarse) / 3
     off = abs(area / limit[1] - 1)
     if len(solids) == sum(bool(report["solids"]) for report in reports) and solids:
