@@ -1,11 +1,15 @@
 //! Closed solids of random triangles with vertices and edges a hair off knot planes, faces of the lattice's box, and each other.
 
+#[path = "../common/random.rs"]
+mod random;
+
 use glam::DVec3;
 use trimray::patch::{BuildError, Deformation, PlanarPolygon, Shell, deform_polygons, deform_triangles};
-use trimray::random::SplitMix64;
 use trimray::spline::{Axis, ControlLattice, Orientation, SplineVolume, orientation};
 use trimray::subdivide::FrameChoice;
 use trimray::trace::{NoAttributes, TracedObject, TracedScene};
+
+pub(crate) use random::Random;
 
 /// How a solid is deformed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,42 +36,10 @@ const MOVED: f64 = 0.7;
 /// Part of the vertices that are moved next to a neighbour.
 const CLUSTERED: f64 = 0.05;
 
-/// Deterministic random numbers: `SplitMix64`.
-pub(crate) struct Random(SplitMix64);
-
 impl Random {
-    /// A stream of its own for each pair of numbers.
-    pub(crate) fn new(seed: u64, stream: u64) -> Self {
-        let seed = seed.wrapping_mul(0xd134_2543_de82_ef95) ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let mut random = SplitMix64::new(seed);
-        random.next_bits();
-        Self(random)
-    }
-
-    /// In [0, 1).
-    pub(crate) fn unit(&mut self) -> f64 {
-        self.0.next_unit()
-    }
-
     /// Ten to a power between -`least` and -`most`.
     pub(crate) fn power(&mut self, least: f64, most: f64) -> f64 {
         libm::pow(10.0, -(least + (most - least) * self.unit()))
-    }
-
-    /// Below `count`.
-    #[expect(clippy::cast_possible_truncation, reason = "below a usize")]
-    pub(crate) fn below(&mut self, count: usize) -> usize {
-        (self.0.next_bits() % count as u64) as usize
-    }
-
-    /// On the unit sphere.
-    pub(crate) fn direction(&mut self) -> DVec3 {
-        loop {
-            let p = 2.0 * DVec3::new(self.unit(), self.unit(), self.unit()) - 1.0;
-            if p.length_squared() <= 1.0 && p.length_squared() > 1e-6 {
-                return p.normalize();
-            }
-        }
     }
 }
 

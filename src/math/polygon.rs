@@ -120,18 +120,6 @@ pub(crate) fn nearest(corners: &[DVec2], point: DVec2) -> DVec2 {
     nearest.map_or(point, |(_, candidate)| candidate)
 }
 
-/// Whether a point is inside of a polygon that does not cross itself: by the edges that a line from the point to the right crosses.
-pub(crate) fn surrounds(corners: &[DVec2], point: DVec2) -> bool {
-    let mut is_inside = false;
-    for (i, a) in corners.iter().enumerate() {
-        let b = corners[(i + 1) % corners.len()];
-        if (a.y > point.y) != (b.y > point.y) && point.x < a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x) {
-            is_inside = !is_inside;
-        }
-    }
-    is_inside
-}
-
 /// Lowest and highest corner of the bounding rectangle; `None` without corners.
 pub(crate) fn bounds(corners: impl IntoIterator<Item = DVec2>) -> Option<[DVec2; 2]> {
     corners.into_iter().map(|corner| [corner; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])

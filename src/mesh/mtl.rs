@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::obj_words::{Token, for_each_statement};
+use super::obj_words::{Token, for_each_statement, joined};
 use crate::input::read_whole;
 
 /// A material as the library gives it; colours are numbers of any kind, for the format says nothing of their space.
@@ -64,11 +64,6 @@ fn parse_mtl(text: &str, folder: &Path) -> Vec<MtlMaterial> {
         }
     });
     materials
-}
-
-/// The words of a name, which may hold spaces.
-fn joined(values: &[Token<'_>]) -> String {
-    values.iter().map(|token| token.text).collect::<Vec<_>>().join(" ")
 }
 
 /// Three numbers from 0 on, or one for all.

@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 
 use super::FileNotes;
 use super::obj_fault::{FaultKind, Faults, LONGEST_QUOTE, ObjFault, quote};
-use super::obj_words::{LineAt, Token, for_each_statement, is_no_number};
+use super::obj_words::{LineAt, Token, for_each_statement, is_no_number, joined};
 use super::polygon_mesh::{Corner, MeshParts};
 
 /// Most different unknown keywords that are counted apart; a file of noise has no more lines to show for it.
@@ -61,11 +61,6 @@ struct Unreadable {
     /// The first index of a file is 1.
     index: u32,
     fault: ObjFault,
-}
-
-/// The words of a name, which may hold spaces.
-fn joined(values: &[Token<'_>]) -> String {
-    values.iter().map(|token| token.text).collect::<Vec<_>>().join(" ")
 }
 
 #[derive(Default)]

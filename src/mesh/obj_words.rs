@@ -17,6 +17,11 @@ pub(super) struct Token<'a> {
     pub(super) line: LineAt,
 }
 
+/// The words of a name, which may hold spaces.
+pub(super) fn joined(values: &[Token<'_>]) -> String {
+    values.iter().map(|token| token.text).collect::<Vec<_>>().join(" ")
+}
+
 /// The physical lines of a text, each with where it starts and without its end: LF, CR LF, or CR alone.
 struct Lines<'a> {
     text: &'a str,

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use crate::math::polygon;
 
-use super::region::index;
+use super::region::{LoopPosition, index, position};
 use super::topology::{EdgeUse, Topology};
 
 /// Ends of an edge this close, in parts of the unit square, are one place: then what two loops of one face have on both sides of
@@ -296,7 +296,7 @@ fn faces(loops: Vec<Vec<OrientedEdge>>) -> Vec<(Vec<OrientedEdge>, Vec<Vec<Orien
     for hole in holes {
         let place = 0.5 * (hole[0].st[0] + hole[0].st[1]);
         let around = (0..faces.len())
-            .filter(|&face| polygon::surrounds(&corners(&faces[face].0), place))
+            .filter(|&face| position(&corners(&faces[face].0), place, DVec2::ZERO) == LoopPosition::Inside)
             .min_by(|&a, &b| area(&faces[a].0).total_cmp(&area(&faces[b].0)));
         if let Some(face) = around {
             faces[face].1.push(hole);

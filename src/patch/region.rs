@@ -263,7 +263,7 @@ pub(crate) enum LoopPosition {
 /// It is at the border if the rectangle of what it may be touches an edge, and inside if the line from it along s crosses the
 /// border an odd number of times. Nothing is asked of the corners: rounding may have pushed one inwards, so that the polygon is
 /// not convex, and an edge as short as rounding has no direction.
-fn position(corners: &[DVec2], st: DVec2, tolerance: DVec2) -> LoopPosition {
+pub(super) fn position(corners: &[DVec2], st: DVec2, tolerance: DVec2) -> LoopPosition {
     let mut inside = false;
     let mut from = corners[corners.len() - 1] - st;
     for &to in corners {
