@@ -4,6 +4,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use image::codecs::png::PngEncoder;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbImage, Rgba, RgbaImage};
 
 use super::image::Image;
@@ -46,9 +47,7 @@ pub fn encode_png(picture: &Image) -> Result<Vec<u8>, EncodeError> {
         Rgba([straight(0), straight(1), straight(2), to_byte(f64::from(alpha))])
     };
     let bytes = RgbaImage::from_fn(window.width, window.height, pixel);
-    let mut file = Cursor::new(Vec::new());
-    bytes.write_to(&mut file, ImageFormat::Png).map_err(|error| EncodeError::Encoder(error.to_string()))?;
-    Ok(file.into_inner())
+    encode(&bytes.into())
 }
 
 /// The bytes of a PNG file of a raster.
@@ -59,9 +58,15 @@ pub fn encode_raster(raster: &Raster) -> Result<Vec<u8>, EncodeError> {
     let [width, height] = raster.size;
     let bytes = raster.pixels.as_flattened().to_vec();
     let picture = RgbImage::from_raw(width, height, bytes).ok_or(EncodeError::PixelCount)?;
-    let mut file = Cursor::new(Vec::new());
-    picture.write_to(&mut file, ImageFormat::Png).map_err(|error| EncodeError::Encoder(error.to_string()))?;
-    Ok(file.into_inner())
+    encode(&picture.into())
+}
+
+/// The encoder is named, not the format: by the format the writers of all others would be compiled too.
+fn encode(picture: &DynamicImage) -> Result<Vec<u8>, EncodeError> {
+    let mut file = Vec::new();
+    let written = picture.write_with_encoder(PngEncoder::new(&mut file));
+    written.map_err(|error| EncodeError::Encoder(error.to_string()))?;
+    Ok(file)
 }
 
 /// The sRGB curve (IEC 61966-2-1) of a linear value, as a byte; what is outside of `[0, 1]` is clamped, NaN is 0.
