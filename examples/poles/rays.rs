@@ -8,6 +8,9 @@ use super::shapes::{Pole, Random, Surface};
 /// A hit this near to where a ray is aimed is the one.
 const NEAR: f64 = 1e-10;
 
+/// One that is tangent: rounding of the ray's height over the surface moves it along the ray by its root, 1.5e-8.
+const TANGENT_NEAR: f64 = 1.5e-8;
+
 /// How far a normal may be from the limit.
 const NORMAL: f64 = 1e-6;
 
@@ -80,7 +83,10 @@ pub(crate) fn run(surface: &Surface, rays: u64, random: &mut Random) -> Tally {
 
 fn check(surface: &Surface, tracer: &mut Tracer<'_>, ray: &Ray, target: DVec3, tally: &mut Tally) {
     let hits = tracer.all(ray);
-    let is_near = |hit: &&PatchHit| ray.at(hit.t).distance(target) <= NEAR;
+    let is_near = |hit: &&PatchHit| {
+        let most = if hit.tangent { TANGENT_NEAR } else { NEAR };
+        ray.at(hit.t).distance(target) <= most
+    };
     let near: Vec<_> = hits.iter().filter(is_near).collect();
     let closest = tracer.closest(ray);
     let agrees = closest.is_some_and(|hit| hit.t <= near.first().map_or(0.0, |hit| hit.t) + NEAR);

@@ -113,6 +113,12 @@ impl Face {
         size_of::<Self>() + self.patch.bytes() + self.region.bytes() + exact
     }
 
+    /// Lowest and highest corner of a box that holds the whole patch, whatever the trim leaves of it.
+    pub(crate) fn hull_bounds(&self) -> [DVec3; 2] {
+        let [low, high] = self.patch.hull_bounds();
+        [low - self.error(), high + self.error()]
+    }
+
     /// Lowest and highest corner of a box that holds the trimmed surface: the control points of those parts of a
     /// 4 × 4 grid that the trim reaches.
     pub fn trimmed_bounds(&self) -> [DVec3; 2] {

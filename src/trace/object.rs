@@ -27,7 +27,13 @@ impl TracedObject {
 
     /// Lowest and highest corner of a box around its surface; not the tightest.
     pub fn bounds(&self) -> [DVec3; 2] {
-        bounds::around(self.faces().iter().flat_map(Face::trimmed_bounds))
+        self.faces().iter().fold(bounds::NONE, |known, face| {
+            // most faces of a mesh are deep inside, which their control points tell at once
+            let whole = face.hull_bounds();
+            let is_inside = whole[0].cmpge(known[0]).all() && whole[1].cmple(known[1]).all();
+            let [low, high] = if is_inside { whole } else { face.trimmed_bounds() };
+            [known[0].min(low), known[1].max(high)]
+        })
     }
 }
 
