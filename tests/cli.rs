@@ -415,3 +415,23 @@ fn an_interrupted_render_ends_with_1_and_leaves_nothing() {
     assert!(run.stderr.contains("interrupted"), "{run:?}");
     assert_eq!(at.files(), ["cube.obj", "scene.toml"]);
 }
+
+#[cfg(unix)]
+#[test]
+fn signals_end_the_program_while_a_scene_is_built() {
+    let at = TestFolder::new();
+    // a pipe that nobody writes to: reading it waits for ever
+    let made = std::process::Command::new("mkfifo").arg(at.path("pipe.obj")).status().unwrap();
+    assert!(made.success());
+    at.write("pipe.toml", "[[object]]\nname = \"pipe\"\nmesh = \"pipe.obj\"\n");
+    for signal in ["-INT", "-TERM"] {
+        let child = at.command(&["info", "pipe.toml"]).stderr(std::process::Stdio::piped()).spawn().unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(1500));
+        let killed =
+            std::process::Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+        assert!(killed.success());
+        let run = common::Run::of(child.wait_with_output().unwrap());
+        assert_eq!(run.code, 1, "{signal}: {run:?}");
+        assert!(run.stderr.contains("interrupted"), "{signal}: {run:?}");
+    }
+}

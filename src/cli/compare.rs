@@ -180,6 +180,7 @@ impl CompareArgs {
         let method = if made.result.noise { "noise".to_owned() } else { made.result.method.to_string() };
         let path = self.output.join(format!("{stem}_{}.exr", method.replace(':', "_")));
         check_not_inputs(&[&path], &made.scene.files())?;
+        check_not_inputs(&[&path], &made.built.library_files)?;
         let settings = PictureIdentity::new(made.scene, made.built);
         let header = settings.header(made.scene, made.camera);
         write_exr(&path, &made.result.image, &header)?;

@@ -129,6 +129,11 @@ pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
         check_writable(&args.output)?;
     }
     let built = args.scene.build(&scene, args.quiet)?;
+    if format == Format::Mitsuba {
+        check_replaces_no_inputs(&args.output, MITSUBA_NAMES, &built.library_files)?;
+    } else {
+        check_not_inputs(&[&args.output], &built.library_files)?;
+    }
     match format {
         Format::Json => write_whole_by(&args.output, |file| write_exact_patches(&built, file))?,
         Format::Step => args.write_step(&scene, &built)?,

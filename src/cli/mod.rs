@@ -201,7 +201,7 @@ impl SceneArgs {
 
     /// Builds a scene on the threads asked for, and says on stderr what was odd about its meshes.
     fn build(&self, scene: &SceneDescription, quiet: bool) -> Result<BuiltScene, CliError> {
-        let built = self.install(|| scene.build())??;
+        let built = self.install(|| signals::while_building(|| scene.build()))??;
         check_interrupted()?;
         if !quiet {
             for (object, made) in scene.objects.iter().zip(&built.objects) {

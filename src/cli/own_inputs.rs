@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use super::CliError;
 
 /// Refuses files to write that are files to read, by whatever path, link or second name.
-pub(super) fn check_not_inputs(outputs: &[&Path], inputs: &[&Path]) -> Result<(), CliError> {
+pub(super) fn check_not_inputs(outputs: &[&Path], inputs: &[impl AsRef<Path>]) -> Result<(), CliError> {
     for output in outputs {
-        if let Some(input) = inputs.iter().find(|input| is_same_file(output, input)) {
-            let message = match output == input {
+        if let Some(input) = inputs.iter().map(AsRef::as_ref).find(|input| is_same_file(output, input)) {
+            let message = match *output == input {
                 true => "is read by this command; another name is needed".to_owned(),
                 false => format!("is {}, which this command reads; another name is needed", input.display()),
             };
@@ -23,14 +23,14 @@ pub(super) fn check_not_inputs(outputs: &[&Path], inputs: &[&Path]) -> Result<()
 pub(super) fn check_replaces_no_inputs(
     folder: &Path,
     names: &[&str],
-    inputs: &[&Path],
+    inputs: &[impl AsRef<Path>],
 ) -> Result<(), CliError> {
     let Ok(folder_place) = fs::canonicalize(folder) else { return Ok(()) };
     let replaced: Vec<PathBuf> = names.iter().map(|name| folder_place.join(name)).collect();
-    let is_replaced = |input: &&&Path| {
+    let is_replaced = |input: &&Path| {
         fs::canonicalize(input).is_ok_and(|place| replaced.iter().any(|replaced| place.starts_with(replaced)))
     };
-    match inputs.iter().find(is_replaced) {
+    match inputs.iter().map(AsRef::as_ref).find(is_replaced) {
         None => Ok(()),
         Some(input) => {
             let (folder, input) = (folder.display(), input.display());

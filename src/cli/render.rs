@@ -87,11 +87,13 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), CliError> {
         return Err(CliError::Input(message.to_owned()));
     }
     let state = args.checkpoint.as_deref();
-    check_not_inputs(&std::iter::once(&*path).chain(state).collect::<Vec<_>>(), &scene.files())?;
+    let outputs: Vec<&Path> = std::iter::once(&*path).chain(state).collect();
+    check_not_inputs(&outputs, &scene.files())?;
     check_writable(&path)?;
     let threads = args.scene.thread_count()?;
     let camera = scene.camera.map(|camera| checked_camera(&camera, &scene.film)).transpose()?;
     let built = args.scene.build(&scene, args.quiet)?;
+    check_not_inputs(&outputs, &built.library_files)?;
     let camera = camera.map_or_else(|| checked_camera(&built.camera, &scene.film), Ok)?;
     if let Some(state) = &args.checkpoint {
         check_writable(state)?;

@@ -2,8 +2,21 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::CliError;
+
 /// Set by the first such signal.
 pub(super) static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Set while the first signal may end the program at once.
+static BUILDING: AtomicBool = AtomicBool::new(false);
+
+/// Does work that writes no file and does not look at [`INTERRUPTED`]: a signal ends the program in its midst.
+pub(super) fn while_building<T>(work: impl FnOnce() -> T) -> T {
+    BUILDING.store(true, Ordering::Relaxed);
+    let made = work();
+    BUILDING.store(false, Ordering::Relaxed);
+    made
+}
 
 /// From now on the first signal sets [`INTERRUPTED`], and a second one ends the program at once.
 pub(super) fn watch() -> anyhow::Result<()> {
@@ -29,7 +42,11 @@ fn watch_termination() -> anyhow::Result<()> {
 }
 
 fn interrupt() {
-    if INTERRUPTED.swap(true, Ordering::Relaxed) {
+    let is_second = INTERRUPTED.swap(true, Ordering::Relaxed);
+    if is_second || BUILDING.load(Ordering::Relaxed) {
+        if !is_second {
+            say!("trimray: {}", CliError::Interrupted);
+        }
         std::process::exit(1);
     }
 }

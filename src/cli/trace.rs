@@ -81,6 +81,7 @@ pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
     let memory = args.scene.limits.memory();
     let rays = read_rays(&args.rays, memory)?;
     let built = args.scene.build(&scene, args.quiet)?;
+    check_not_inputs(&[&args.output], &built.library_files)?;
     let count = rays.len();
     let kept = if args.any { ANY_BYTES } else { HIT_BYTES };
     let promise = memory.ask(format_args!("the hits of {count} rays"), count as u64 * kept)?;

@@ -61,18 +61,18 @@ pub fn mitsuba_scene(
     };
     let shines = |index: usize| {
         all_lights.iter().find_map(|light| match light {
-            Light::Object(shining) if shining.object == index => Some(area_emitter(shining.radiance)),
+            Light::Object(shining) if shining.object == index => Some(shining.radiance),
             _ => None,
         })
     };
-    let objects = shapes.iter().map(|Shape { object, mesh, path, material }| {
+    let objects = shapes.iter().map(|Shape { object, mesh, path, material, emission }| {
         Element::plugin("shape", "ply")
             .string("filename", path)
             // the triangles' own normals, which are the surface's
             .boolean("face_normals", mesh.mesh.normals.is_empty())
             .child(Element::new("ref").attribute("id", material))
             .children((!mesh.mesh.uvs.is_empty()).then(flip_tex_coords))
-            .children(shines(*object))
+            .children(shines(*object).or(*emission).map(area_emitter))
     });
     let root = Element::new("scene")
         .attribute("version", VERSION)
@@ -103,6 +103,8 @@ struct Shape<'a> {
     path: String,
     /// The material's name in the file.
     material: String,
+    /// The radiance of a material that emits.
+    emission: Option<DVec3>,
 }
 
 fn shapes_of<'a>(
@@ -120,6 +122,7 @@ fn shapes_of<'a>(
             mesh: Cow::Borrowed(mesh),
             path: format!("{MESHES}/{name}.ply"),
             material,
+            emission: None,
         }];
     }
     let with_material = |index: usize| {
@@ -133,6 +136,7 @@ fn shapes_of<'a>(
             mesh: Cow::Owned(part),
             path,
             material: face_material_id(object, index),
+            emission: materials.emission().get(index).copied().filter(|&radiance| radiance != DVec3::ZERO),
         })
     };
     (0..materials.iter().len()).filter_map(with_material).collect()

@@ -41,7 +41,11 @@ fn materials_json(materials: &ObjectMaterials) -> serde_json::Value {
     if materials.of_face().is_empty() {
         return all.swap_remove(0);
     }
-    json!({ "materials": all, "of_face": materials.of_face() })
+    let mut by_face = json!({ "materials": all, "of_face": materials.of_face() });
+    if !materials.emission().is_empty() {
+        by_face["emission"] = materials.emission().iter().map(|radiance| radiance.to_array()).collect();
+    }
+    by_face
 }
 
 fn projection_json(projection: &Projection) -> serde_json::Value {

@@ -25,6 +25,8 @@ pub struct MtlMaterial {
     pub emission: Option<DVec3>,
     /// `d`, or 1 - `Tr`: 1 is opaque.
     pub opacity: Option<f64>,
+    /// `Ni`: the index of refraction.
+    pub refraction: Option<f64>,
     /// `map_Kd`: the picture of the diffuse colour, on the path of the library's folder.
     pub diffuse_picture: Option<PathBuf>,
 }
@@ -52,6 +54,7 @@ fn parse_mtl(text: &str, folder: &Path) -> Vec<MtlMaterial> {
             "Ks" => material.specular = colour(values),
             "Ke" => material.emission = colour(values),
             "Ns" => material.exponent = number(values),
+            "Ni" => material.refraction = number(values),
             "d" => material.opacity = number(values),
             "Tr" => material.opacity = number(values).map(|transparency| 1.0 - transparency),
             "map_Kd" => {

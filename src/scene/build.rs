@@ -1,6 +1,7 @@
 //! A scene's description to a scene ready to trace, on one page.
 
 use std::cell::LazyCell;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -32,6 +33,8 @@ pub struct BuiltScene {
     pub lights: LightSet,
     /// What the lights are made of, in the scene file's order.
     pub light_settings: Vec<Light>,
+    /// The files besides those of the scene's description: the meshes' material libraries, and their pictures.
+    pub library_files: Vec<PathBuf>,
     /// The camera; framed around the objects if the scene names none.
     pub camera: CameraSettings,
     /// Time spent.
@@ -75,13 +78,15 @@ impl SceneDescription {
         let mut diagnostics = Vec::new();
         let mut surfaces = Vec::new();
         let mut by_face = Vec::new();
+        let mut library_files = Vec::new();
         let mut objects = Vec::new();
         let mut traced = Vec::new();
         let mut times = SceneTimes::default();
         for object in made {
             match object {
                 Ok(ObjectParts { surface, built, materials }) => {
-                    by_face.push(materials);
+                    by_face.push(materials.by_face);
+                    library_files.extend(materials.files);
                     times.add(&built.report.times);
                     surfaces.push(surface);
                     objects.push(built.report);
@@ -97,12 +102,18 @@ impl SceneDescription {
         }
         let box_around = LazyCell::new(|| bounds::around(traced.iter().flat_map(TracedObject::bounds)));
         let camera = self.camera.unwrap_or_else(|| framing_camera(&traced, *box_around));
-        let light_settings = named_lights.unwrap_or_else(|| key_and_sky(*box_around, &camera));
+        let shines = materials.iter().any(|materials| !materials.emission().is_empty());
+        let light_settings = match named_lights {
+            Some(named) => named,
+            None if shines => Vec::new(),
+            None => key_and_sky(*box_around, &camera),
+        };
         let of_file = |message: String, lacks_memory: bool| {
             SceneError::from(Diagnostic { file: self.path.clone(), location: None, message, lacks_memory })
         };
         let lights =
             LightSet::try_new(&light_settings, &traced).map_err(|error| of_file(error.to_string(), false))?;
+        let lights = lights.with_materials(&materials, &traced);
         let started = Instant::now();
         let traced = TracedScene::try_new_within(traced, self.memory)
             .map_err(|error| of_file(error.to_string(), true))?;
@@ -111,7 +122,7 @@ impl SceneDescription {
             let warning = surface.as_ref().and_then(|surface| surface.self_intersection(&traced, index));
             report.warnings.extend(warning);
         }
-        Ok(BuiltScene { traced, objects, materials, lights, light_settings, camera, times })
+        Ok(BuiltScene { traced, objects, materials, lights, light_settings, library_files, camera, times })
     }
 
     /// The materials of each object; pictures are read once for each material that the scene lists.
@@ -158,7 +169,7 @@ impl SceneDescription {
     fn prepare_by_face(
         &self,
         object: &ObjectDescription,
-        FaceMaterials { materials, of_face }: FaceMaterials,
+        FaceMaterials { materials, emission, of_face }: FaceMaterials,
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<ObjectMaterials> {
         let mut prepared = Vec::with_capacity(materials.len());
@@ -176,7 +187,7 @@ impl SceneDescription {
                 }
             }
         }
-        Some(ObjectMaterials::by_face(prepared, of_face))
+        Some(ObjectMaterials::by_face(prepared, of_face).with_emission(emission))
     }
 }
 

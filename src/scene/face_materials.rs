@@ -1,7 +1,7 @@
 //! The materials that a mesh's file names, for objects that name none themselves.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
@@ -16,16 +16,32 @@ use crate::suggestion::{did_you_mean, quoted};
 /// The exponent of Phong's lobe where a library gives none.
 const EXPONENT: f64 = 10.0;
 
+/// The index of refraction of what is not opaque, where a library gives none.
+const GLASS: f64 = 1.5;
+
 /// Materials by face.
 #[derive(Debug)]
 pub(super) struct FaceMaterials {
     /// The default material, for faces without one, then those of the mesh's names.
     pub(super) materials: Vec<Material>,
+    /// The radiance that each material emits.
+    pub(super) emission: Vec<DVec3>,
     /// Index of each face's material.
     pub(super) of_face: Vec<u32>,
 }
 
-/// The materials of an object's faces, and what its author may want to know; none if there is one for all.
+/// What comes of the material names of a mesh.
+#[derive(Debug, Default)]
+pub(super) struct MeshMaterials {
+    /// If there is not one material for all faces.
+    pub(super) by_face: Option<FaceMaterials>,
+    /// What the scene's author may want to know.
+    pub(super) notes: Vec<String>,
+    /// The material libraries and their pictures.
+    pub(super) files: Vec<PathBuf>,
+}
+
+/// The materials of an object's faces.
 ///
 /// A name is looked up in `[object.materials]` first, then in the material libraries of the mesh's file.
 ///
@@ -36,15 +52,16 @@ pub(super) fn face_materials(
     scene: &SceneDescription,
     object: &ObjectDescription,
     (mesh, path): (&PolygonMesh, &Path),
-) -> Result<(Option<FaceMaterials>, Vec<String>), Vec<Diagnostic>> {
+) -> Result<MeshMaterials, Vec<Diagnostic>> {
     let names = mesh.material_names();
     check_names(scene, object, names, path)?;
     if object.material.is_some() || names.is_empty() {
-        return Ok((None, Vec::new()));
+        return Ok(MeshMaterials::default());
     }
     let mut notes = Vec::new();
-    let library = read_libraries(mesh, path, &mut notes);
+    let (library, files) = read_libraries(mesh, path, &mut notes);
     let mut materials = vec![Material::default()];
+    let mut emission = vec![DVec3::ZERO];
     let mut is_known = false;
     for (index, name) in names.iter().enumerate() {
         let without_uv = || face_without_uv(mesh, index);
@@ -64,6 +81,7 @@ pub(super) fn face_materials(
                 return Err(vec![Diagnostic { file, location, message, lacks_memory: false }]);
             }
             materials.push(material.material.clone());
+            emission.push(DVec3::ZERO);
             is_known = true;
         } else if let Some(of_library) = library.get(name.as_str()) {
             let mut of_library = of_library.clone();
@@ -76,7 +94,8 @@ pub(super) fn face_materials(
                 ));
                 of_library.diffuse_picture = None;
             }
-            materials.push(material_of(&of_library, &mut notes));
+            materials.push(material_of(&of_library));
+            emission.push(of_library.emission.unwrap_or(DVec3::ZERO));
             is_known = true;
         } else {
             notes.push(format!(
@@ -85,10 +104,12 @@ pub(super) fn face_materials(
                 path.display()
             ));
             materials.push(Material::default());
+            emission.push(DVec3::ZERO);
         }
     }
     let of_face = mesh.faces().map(|face| face.material().map_or(0, |index| index + 1)).collect();
-    Ok((is_known.then_some(FaceMaterials { materials, of_face }), notes))
+    let by_face = is_known.then_some(FaceMaterials { materials, emission, of_face });
+    Ok(MeshMaterials { by_face, notes, files })
 }
 
 /// Every name of `[object.materials]` is one of the mesh's.
@@ -123,22 +144,29 @@ fn check_names(
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// The materials of all libraries by name; of several with one name the first.
-fn read_libraries(mesh: &PolygonMesh, path: &Path, notes: &mut Vec<String>) -> HashMap<String, MtlMaterial> {
+/// The materials of all libraries by name, of several with one name the first; and the files that they come from.
+fn read_libraries(
+    mesh: &PolygonMesh,
+    path: &Path,
+    notes: &mut Vec<String>,
+) -> (HashMap<String, MtlMaterial>, Vec<PathBuf>) {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut library = HashMap::new();
+    let mut files = Vec::new();
     for name in mesh.material_libraries() {
         let file = folder.join(name.replace('\\', "/"));
         match load_mtl(&file) {
             Ok(materials) => {
+                files.extend(materials.iter().filter_map(|material| material.diffuse_picture.clone()));
                 for material in materials {
                     library.entry(material.name.clone()).or_insert(material);
                 }
             }
             Err(error) => notes.push(format!("material library {}: {error}", file.display())),
         }
+        files.push(file);
     }
-    library
+    (library, files)
 }
 
 /// A face with the material of this index and a corner without texture coordinates.
@@ -151,23 +179,18 @@ fn face_without_uv(mesh: &PolygonMesh, material: usize) -> Option<u32> {
 
 /// A library's material: diffuse, or with a highlight as rough as Phong's lobe is wide, by Disney's model.
 ///
-/// The exponent n is that of a Beckmann distribution of roughness sqrt(2 / (n + 2)).
+/// The exponent n is that of a Beckmann distribution of roughness sqrt(2 / (n + 2)). What is not opaque lets the rest of
+/// the light through as glass does, refracted at the surface.
 ///
 /// Source: Walter, Marschner, Li, Torrance (2007), *Microfacet Models for Refraction*, section 5.2.
-fn material_of(source: &MtlMaterial, notes: &mut Vec<String>) -> Material {
-    let is_opaque = source.opacity.is_none_or(|opacity| opacity >= 1.0);
-    let is_dark = source.emission.is_none_or(|emission| emission == DVec3::ZERO);
-    for (is_used, what) in [(is_opaque, "opacity (d)"), (is_dark, "emission (Ke)")] {
-        if !is_used {
-            notes.push(format!("material {}: its {what} is left out", quoted(&source.name)));
-        }
-    }
+fn material_of(source: &MtlMaterial) -> Material {
+    let transparency = 1.0 - source.opacity.unwrap_or(1.0).clamp(0.0, 1.0);
     let colour = match &source.diffuse_picture {
         Some(path) => TextureSource::Bitmap(BitmapSource::new(path.clone())),
         None => TextureSource::Uniform(source.diffuse.unwrap_or(DVec3::splat(0.5)).min(DVec3::ONE)),
     };
     let specular = source.specular.map_or(0.0, |specular| specular.element_sum() / 3.0).min(1.0);
-    if specular == 0.0 {
+    if specular == 0.0 && transparency == 0.0 {
         return Material::Diffuse(DiffuseSource { reflectance: colour, ..DiffuseSource::default() });
     }
     let exponent = source.exponent.unwrap_or(EXPONENT).max(0.0);
@@ -176,7 +199,11 @@ fn material_of(source: &MtlMaterial, notes: &mut Vec<String>) -> Material {
     Material::Principled(Box::new(PrincipledSource {
         base_color: colour,
         roughness: TextureSource::from(roughness),
-        interface: PrincipledInterface::Specular(specular),
+        interface: match transparency {
+            0.0 => PrincipledInterface::Specular(specular),
+            _ => PrincipledInterface::Eta(source.refraction.filter(|&eta| eta > 1.0).unwrap_or(GLASS)),
+        },
+        spec_trans: TextureSource::from(transparency),
         ..PrincipledSource::default()
     }))
 }

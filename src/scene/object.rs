@@ -11,7 +11,7 @@ use super::description::{
     DeformDescription, DragPlaces, EditDescription, ObjectDescription, ObjectShape, SceneDescription,
 };
 use super::diagnostic::{Diagnostic, Located, Location};
-use super::face_materials::{FaceMaterials, face_materials};
+use super::face_materials::{MeshMaterials, face_materials};
 use super::lattice_file::read_lattice;
 use crate::memory::Promise;
 use crate::mesh::{LoadError, MeshNotes, load_mesh};
@@ -28,8 +28,8 @@ pub(super) struct ObjectParts {
     /// A surface, for what can only be asked of the whole scene.
     pub(super) surface: Option<Object>,
     pub(super) built: BuiltObject,
-    /// If there is not one for all faces.
-    pub(super) materials: Option<FaceMaterials>,
+    /// The materials that its mesh names.
+    pub(super) materials: MeshMaterials,
 }
 
 /// Memory that reading a mesh takes at most, in sizes of its file: the text, and the numbers that it stands for.
@@ -43,9 +43,9 @@ impl ObjectDescription {
     pub(super) fn build(&self, scene: &SceneDescription) -> Result<ObjectParts, Vec<Diagnostic>> {
         let started = Instant::now();
         let (shape, file_notes) = self.read_shape(scene)?;
-        let (materials, notes) = match (&shape, self.shape.mesh()) {
+        let mut materials = match (&shape, self.shape.mesh()) {
             (Shape::Polygons(mesh), Some(path)) => face_materials(scene, self, (mesh, path))?,
-            _ => (None, Vec::new()),
+            _ => MeshMaterials::default(),
         };
         let load = started.elapsed();
         let deformers = self.deform.iter().map(|deform| deform.value.read(scene));
@@ -68,7 +68,7 @@ impl ObjectDescription {
             object.build_within(scene.memory).map_err(|error| vec![self.diagnostic(scene, &error)])?;
         built.report.times.load += load;
         built.report.notes = file_notes.merged(built.report.notes);
-        built.report.warnings.extend(notes);
+        built.report.warnings.append(&mut materials.notes);
         Ok(ObjectParts { surface: object.shape.has_parameters().then_some(object), built, materials })
     }
 

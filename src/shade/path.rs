@@ -209,9 +209,7 @@ impl PathIntegrator {
         let covered = match hit {
             Some(SceneHit::Surface(_)) if self.reaches(2) => true,
             Some(SceneHit::Light(_)) => self.reaches(1),
-            Some(SceneHit::Surface(surface)) if scene.lights.is_object_light(surface.object) => {
-                self.reaches(1)
-            }
+            Some(SceneHit::Surface(surface)) if scene.lights.is_object_light(surface) => self.reaches(1),
             _ => self.reaches(1) && self.environment_covers && scene.lights.has_environment(),
         };
         f64::from(u8::from(covered))

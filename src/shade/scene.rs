@@ -85,7 +85,7 @@ impl<G: Geometry> ShadingScene<'_, G> {
         mut hit: Option<SurfaceInteraction>,
     ) -> Option<SurfaceInteraction> {
         let mut ray = *ray;
-        while let Some(light) = hit.filter(|hit| self.lights.is_object_light(hit.object)) {
+        while let Some(light) = hit.filter(|hit| self.lights.is_object_light(hit)) {
             let past = light.t + margin(&ray, light.normal, light.position_error);
             ray.t_min = past.max(light.t.next_up());
             hit = tracer.closest_hit(&ray);

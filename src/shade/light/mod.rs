@@ -18,11 +18,12 @@ use thiserror::Error;
 
 use self::area::AreaEmitter;
 use self::envmap::EnvironmentMap;
-use self::object::ObjectEmitter;
+use self::object::{Emission, ObjectEmitter};
 use self::spot::Spot;
 use super::parameters::{ParameterSource, Parameters, PictureSource};
 use super::warp;
 use crate::film::PictureLimits;
+use crate::shade::material::ObjectMaterials;
 use crate::trace::{Ray, SurfaceInteraction, TracedObject};
 
 pub use area::{AreaLight, AreaShape, ShapeHit};
@@ -283,6 +284,27 @@ impl LightSet {
         Ok(set)
     }
 
+    /// The same lights and, one for each object, the faces whose materials emit; not those of objects that are lights
+    /// already.
+    ///
+    /// # Panics
+    /// If there are more materials than objects.
+    #[must_use]
+    pub fn with_materials(mut self, materials: &[ObjectMaterials], objects: &[TracedObject]) -> Self {
+        for (object, materials) in materials.iter().enumerate() {
+            let emission = materials.emission();
+            if emission.is_empty() || self.light_of(object).is_some() {
+                continue;
+            }
+            let by_face = materials.of_face().iter().map(|&material| emission[material as usize]).collect();
+            if self.mark(self.emitters.len(), object, objects.len()).is_ok() {
+                self.emitters
+                    .push(Emitter::Object(ObjectEmitter::new(&objects[object], Emission::ByFace(by_face))));
+            }
+        }
+        self
+    }
+
     /// Notes that an object is a light.
     fn mark(&mut self, light: usize, object: usize, count: usize) -> Result<(), LightError> {
         if object >= count || self.light_of(object).is_some() {
@@ -306,10 +328,10 @@ impl LightSet {
         self.environment.is_some()
     }
 
-    /// Whether an object of the scene is a light.
+    /// Whether what a ray hit is an object of the scene that is a light, or a face that shines.
     #[must_use]
-    pub fn is_object_light(&self, object: u32) -> bool {
-        self.light_of(object as usize).is_some()
+    pub fn is_object_light(&self, hit: &SurfaceInteraction) -> bool {
+        self.object(hit).is_some_and(|object| object.shines(hit.face))
     }
 
     /// Draws a light by `choice` and a direction to it by `u`, uniform in `[0, 1)`.
@@ -439,9 +461,10 @@ impl Emitter {
             Light::Directional(sun) => Self::Directional(sun.normalized().ok_or(no_direction)?),
             Light::Spot(spot) => Self::Spot(Spot::try_new(spot).ok_or(no_direction)?),
             Light::Area(area) => Self::Area(AreaEmitter::try_new(area, light)?),
-            Light::Object(shining) => {
-                Self::Object(ObjectEmitter::new(&objects[shining.object], shining.radiance))
-            }
+            Light::Object(shining) => Self::Object(ObjectEmitter::new(
+                &objects[shining.object],
+                Emission::Uniform(shining.radiance),
+            )),
         })
     }
 }

@@ -52,6 +52,9 @@ const MAX_RATIO: f64 = 1.5;
 /// that touches it: with 8, an eighth of them.
 const MAX_CELLS: u32 = 8;
 
+/// In place of the index of a patch that does not shine.
+const DARK: u32 = u32::MAX;
+
 /// The surface of an object, drawn by area.
 ///
 /// Each patch's trim is divided by a grid, cells and trim loops make convex polygons, and these
@@ -61,12 +64,37 @@ const MAX_CELLS: u32 = 8;
 /// the surface's area is only nearly known. Faces that overlap in one plane are drawn once for each.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ObjectEmitter {
-    radiance: DVec3,
+    radiance: Emission,
     patches: Vec<EmittingPatch>,
-    /// For each of the object's patches, its index in `patches`: those with curved borders between them are drawn as one.
+    /// For each of the object's patches, its index in `patches`: those with curved borders between them are drawn as one;
+    /// or [`DARK`].
     of_patch: Vec<u32>,
     triangles: Vec<Triangle>,
     choice: Discrete,
+}
+
+/// The radiance of an object that shines.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Emission {
+    /// All faces shine alike.
+    Uniform(DVec3),
+    /// The radiance of each input face; some are dark.
+    ByFace(Vec<DVec3>),
+}
+
+impl Emission {
+    /// The radiance of an input face.
+    fn at(&self, face: u32) -> DVec3 {
+        match self {
+            Self::Uniform(radiance) => *radiance,
+            Self::ByFace(radiances) => radiances.get(face as usize).copied().unwrap_or(DVec3::ZERO),
+        }
+    }
+
+    /// Whether points of an input face are drawn.
+    fn shines(&self, face: u32) -> bool {
+        matches!(self, Self::Uniform(_)) || self.at(face) != DVec3::ZERO
+    }
 }
 
 /// A patch with the mean area elements of its grid's cells.
@@ -88,11 +116,13 @@ struct EmittingPatch {
 struct Triangle {
     patch: u32,
     cell: u32,
+    /// The input face.
+    face: u32,
     corners: [DVec2; 3],
 }
 
 impl ObjectEmitter {
-    pub(super) fn new(object: &TracedObject, radiance: DVec3) -> Self {
+    pub(super) fn new(object: &TracedObject, radiance: Emission) -> Self {
         let mut light = Self {
             radiance,
             patches: Vec::new(),
@@ -100,14 +130,18 @@ impl ObjectEmitter {
             triangles: Vec::new(),
             choice: Discrete::new([]),
         };
-        let mut index = 0;
+        let mut index = DARK;
         for trimmed in object.faces() {
             if trimmed.leads() {
-                index = u32::try_from(light.patches.len()).expect("an object has fewer than 2^32 patches");
-                let patch = EmittingPatch::new(trimmed);
-                patch.add_triangles(trimmed, index, &mut light.triangles);
-                light.patches.push(patch);
-            } else if let Some(shared) = light.patches.last_mut() {
+                index = DARK;
+                if trimmed.region.loops().any(|trim_loop| light.radiance.shines(trim_loop.face)) {
+                    index =
+                        u32::try_from(light.patches.len()).expect("an object has fewer than 2^32 patches");
+                    let patch = EmittingPatch::new(trimmed);
+                    patch.add_triangles(trimmed, index, &light.radiance, &mut light.triangles);
+                    light.patches.push(patch);
+                }
+            } else if let Some(shared) = light.patches.get_mut(index as usize) {
                 shared.position_error = shared.position_error.max(surface_error(trimmed));
             }
             light.of_patch.push(index);
@@ -144,7 +178,7 @@ impl ObjectEmitter {
                 cos_light: facing / cross.length(),
                 light: Some(light),
             }),
-            weight: self.radiance / pdf,
+            weight: self.radiance.at(triangle.face) / pdf,
             pdf,
             is_delta: false,
         })
@@ -152,17 +186,22 @@ impl ObjectEmitter {
 
     /// What the surface sends back along a ray that hit it; its back is black.
     pub(super) fn radiance(&self, hit: &SurfaceInteraction, direction: DVec3) -> DVec3 {
-        if hit.normal.dot(direction) < 0.0 { self.radiance } else { DVec3::ZERO }
+        if hit.normal.dot(direction) < 0.0 { self.radiance.at(hit.face) } else { DVec3::ZERO }
+    }
+
+    /// Whether an input face is part of the light.
+    pub(super) fn shines(&self, face: u32) -> bool {
+        self.radiance.shines(face)
     }
 
     /// Density of [`Self::sample`] by solid angle, for the direction of a ray that hit the object.
     pub(super) fn hit_pdf(&self, hit: &SurfaceInteraction, direction: DVec3, distance: f64) -> f64 {
         let facing = -hit.dp_ds.cross(hit.dp_dt).dot(direction) / direction.length();
-        if facing.is_nan() || facing <= 0.0 {
+        if facing.is_nan() || facing <= 0.0 || !self.shines(hit.face) {
             return 0.0;
         }
-        let patch = self.of_patch[hit.patch as usize];
-        self.pdf(self.patches[patch as usize].element(hit.st), distance, facing)
+        let patch = self.patches.get(self.of_patch[hit.patch as usize] as usize);
+        patch.map_or(0.0, |patch| self.pdf(patch.element(hit.st), distance, facing))
     }
 
     /// Density by solid angle: distance² / cos · element of the cell / (sum · element), where `facing`
@@ -206,10 +245,11 @@ impl EmittingPatch {
         self.elements[cell]
     }
 
-    /// The parts of the trim's loops in each cell; those without area are never drawn.
-    fn add_triangles(&self, trimmed: &Face, patch: u32, triangles: &mut Vec<Triangle>) {
+    /// The parts of the trim's loops that shine, in each cell; those without area are never drawn.
+    fn add_triangles(&self, trimmed: &Face, patch: u32, radiance: &Emission, triangles: &mut Vec<Triangle>) {
         let (mut part, mut kept) = (Vec::new(), Vec::new());
-        for trim_loop in trimmed.region.loops() {
+        for trim_loop in trimmed.region.loops().filter(|trim_loop| radiance.shines(trim_loop.face)) {
+            let face = trim_loop.face;
             for cell in 0..self.cells * self.cells {
                 part.clear();
                 part.extend_from_slice(trimmed.region.corners(&trim_loop));
@@ -228,7 +268,7 @@ impl EmittingPatch {
                 }
                 let Some((&first, others)) = part.split_first() else { continue };
                 let fan = others.windows(2).map(|edge| [first, edge[0], edge[1]]);
-                triangles.extend(fan.map(|corners| Triangle { patch, cell, corners }));
+                triangles.extend(fan.map(|corners| Triangle { patch, cell, face, corners }));
             }
         }
     }

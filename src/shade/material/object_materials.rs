@@ -1,5 +1,7 @@
 //! The materials of one object.
 
+use glam::DVec3;
+
 use super::Material;
 use super::prepared::PreparedMaterial;
 
@@ -10,13 +12,15 @@ pub struct ObjectMaterials {
     prepared: Vec<PreparedMaterial>,
     /// The material of each input face; empty if there is one for all.
     of_face: Vec<u32>,
+    /// The radiance that each material emits; empty if none does.
+    emission: Vec<DVec3>,
 }
 
 impl ObjectMaterials {
     /// One material for all of an object: what it is made of, and as rays meet it.
     #[must_use]
     pub fn uniform(settings: Material, prepared: PreparedMaterial) -> Self {
-        Self { settings: vec![settings], prepared: vec![prepared], of_face: Vec::new() }
+        Self { settings: vec![settings], prepared: vec![prepared], of_face: Vec::new(), emission: Vec::new() }
     }
 
     /// Materials by face: `of_face` has the index of each input face's material.
@@ -31,7 +35,25 @@ impl ObjectMaterials {
             "each face's material is there"
         );
         let (settings, prepared) = materials.into_iter().unzip();
-        Self { settings, prepared, of_face }
+        Self { settings, prepared, of_face, emission: Vec::new() }
+    }
+
+    /// The same materials, each emitting a radiance to the side from which its faces wind counter-clockwise.
+    ///
+    /// # Panics
+    /// If there is not one radiance for each material.
+    #[must_use]
+    pub fn with_emission(mut self, emission: Vec<DVec3>) -> Self {
+        assert_eq!(emission.len(), self.settings.len(), "one radiance for each material");
+        self.emission =
+            if emission.iter().all(|&radiance| radiance == DVec3::ZERO) { Vec::new() } else { emission };
+        self
+    }
+
+    /// The radiance that each material emits; empty if none does.
+    #[must_use]
+    pub fn emission(&self) -> &[DVec3] {
+        &self.emission
     }
 
     /// The material of an input face, as rays meet it.
