@@ -48,3 +48,41 @@ fn what_has_no_step_form_is_refused() {
         at.refuse(&[&["export", "scene.toml", "-o", "x.step"], arguments].concat(), &[said]);
     }
 }
+
+/// A sphere that a cubic lattice bends: its pieces meet in curves, at the lattice's knot planes.
+const BALL: &str = "[[object]]\nname = \"ball\"\nsurface = { type = \"sphere\", radius = 1.0 }\n\
+    [[object.deform]]\ntype = \"ffd\"\ndegree = [3, 3, 3]\npoints = [5, 5, 5]\n\
+    [[object.deform.edit]]\ntwist = { axis = \"z\", angle = 60 }\n";
+
+/// Faces that a report tells.
+fn faces(said: &str) -> usize {
+    let words: Vec<_> = said.split_whitespace().collect();
+    let place = words.iter().position(|word| word.starts_with("faces")).unwrap();
+    words[place - 1].parse().unwrap()
+}
+
+#[test]
+fn pieces_that_meet_in_curves_are_written_within_the_tolerance() {
+    let at = TestFolder::new();
+    at.write("ball.toml", BALL);
+    let said = |tolerance: &[&str]| {
+        at.succeed(&[&["export", "ball.toml", "-o", "ball.step"], tolerance].concat()).stderr
+    };
+    let (fine, coarse) = (said(&[]), said(&["--tolerance", "1e-3"]));
+    for said in [&fine, &coarse] {
+        assert!(said.contains("ball: 1 solid, ") && said.contains("within "), "{said}");
+    }
+    assert!(faces(&coarse) < faces(&fine), "{coarse} {fine}");
+}
+
+#[test]
+fn kinks_that_are_curves_are_refused() {
+    let at = TestFolder::new();
+    let kink = "[[object]]\nname = \"sheet\"\n[object.surface]\ntype = \"bezier\"\ndegree = [1, 1]\n\
+        points = [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]]\n\
+        [[object.deform]]\ntype = \"extension\"\n[[object.deform.region]]\n\
+        bound = \"((u-0.5)^2 + (v-0.5)^2)/0.3^2 - 1\"\nindex = 1\nh = [0, 0, 0.5]\n";
+    at.write("kink.toml", kink);
+    at.refuse(&["export", "kink.toml", "-o", "kink.step"], &["\"sheet\"", "kink"]);
+    assert!(!at.files().contains(&"kink.step".to_owned()));
+}

@@ -18,6 +18,9 @@ use super::number::Number;
 /// Most pieces that are told apart in one rectangle.
 pub(super) const MOST_PIECES: usize = 12;
 
+/// Most pieces that meet in a rectangle which cannot be halved further: knot planes of all axes of three lattices.
+pub(super) const MOST_PIECES_AT_POINT: usize = 512;
+
 /// One answer: of a lattice 0 for outside, else 1 and the knot box's number; of a sign 1 for x >= 0, else 0.
 pub(super) type Branch = u32;
 
@@ -364,9 +367,11 @@ impl Piece {
     }
 }
 
-/// All pieces, each with its value; `None` if there are more than [`MOST_PIECES`]. `evaluate` evaluates the formula over a
-/// rectangle.
-pub(super) fn pieces<R>(mut evaluate: impl FnMut(&mut Possible) -> R) -> Option<Vec<(Piece, R)>> {
+/// All pieces, each with its value; `None` if there are more than `most`. `evaluate` evaluates the formula over a rectangle.
+pub(super) fn pieces<R>(
+    most: usize,
+    mut evaluate: impl FnMut(&mut Possible) -> R,
+) -> Option<Vec<(Piece, R)>> {
     let mut found = Vec::new();
     let mut waiting = vec![Vec::new()];
     while let Some(given) = waiting.pop() {
@@ -390,7 +395,7 @@ pub(super) fn pieces<R>(mut evaluate: impl FnMut(&mut Possible) -> R) -> Option<
                 .any(|query| query.by_place && query.all.len() > 1 && query.all.contains(&OUTSIDE)),
         };
         found.push((piece, value));
-        if found.len() + waiting.len() > MOST_PIECES {
+        if found.len() + waiting.len() > most {
             return None;
         }
     }

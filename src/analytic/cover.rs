@@ -16,24 +16,24 @@ use rayon::prelude::*;
 use crate::math::magnitude::{self, LARGEST, MagnitudeError, SMALLEST};
 use crate::memory::MemoryLimit;
 use crate::patch::{BezierPatch, Face, LineCuts, Overlap, Region, Shell, TrimLoop};
-use crate::spline::{KnotBox, SplineVolume};
+use crate::spline::KnotBox;
 use crate::subdivide::VertexNumbers;
 
-use super::branch::{ByValue, Piece, pieces};
+use super::branch::{ByValue, MOST_PIECES, MOST_PIECES_AT_POINT, Piece, pieces};
 use super::cell::{Cell, overlap, rectangle};
 use super::chain::{Chain, Formula};
+use super::compose::composed;
 use super::cover_error::{CoverError, MAX_CELLS};
+use super::cover_settings::{CoverSettings, Covered};
 use super::disc::Disc;
 use super::interpolate::{Interpolant, interpolate, interpolation_error, lebesgue};
 use super::loop_part::{LoopPart, local_region};
+use super::merge::{Merge, merge};
 use super::number::{Number, SIZES};
 use super::step::Step;
 
 /// Highest degree of a cell's patch.
 const MAX_CELL_DEGREE: usize = 12;
-
-/// A patch in one knot box is composed with the lattice's piece if the degrees are no higher.
-const MAX_COMPOSED_DEGREE: usize = 9;
 
 /// Bound of the interpolation error of a cell, in parts of the object's size. Hits are moved from patches to the formula's
 /// surface, so that this is only how far from tangent a ray must be for its roots on both to correspond, and the width of
@@ -50,6 +50,14 @@ const LARGEST_SHARED: f64 = 0.05;
 /// Halvings of each side, at most: a point where the formula is not smooth would be approached for ever.
 const MAX_HALVINGS: u32 = 30;
 
+/// After so many rectangles smaller than this part of the object's size, pieces that still differ are taken to be torn apart,
+/// or to meet in a kink.
+const KINK: f64 = 1e-4;
+const MOST_KINKS: usize = 4000;
+
+/// Accuracy of patches of pieces that may differ, in parts of how far.
+const FIT: f64 = 0.02;
+
 /// A rectangle that cannot be halved further is a cell if its points are no farther apart than this, in parts of the
 /// object's size.
 const POINT: f64 = 1e-8;
@@ -64,30 +72,6 @@ const CELL_BYTES: u64 = 4096;
 
 /// How finely a rectangle is searched for parts of a piece.
 const SEARCH_HALVINGS: u32 = 3;
-
-/// How a chain is covered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CoverSettings {
-    /// Whether a patch that lies in one knot box is composed with a volume of low degree, instead of being covered.
-    pub composes: bool,
-    /// The most memory that the process may have.
-    pub memory: MemoryLimit,
-}
-
-impl Default for CoverSettings {
-    fn default() -> Self {
-        Self { composes: true, memory: MemoryLimit::NONE }
-    }
-}
-
-/// Faces of a deformed surface.
-#[derive(Clone, Debug, Default)]
-pub struct Covered {
-    /// In the order of the base faces.
-    pub shell: Shell,
-    /// Where parts of the surface are: steps with the knot boxes of their volumes; `None` outside a volume.
-    pub knot_boxes: BTreeSet<(usize, Option<KnotBox>)>,
-}
 
 /// Makes cells, or patches where degrees allow, of base faces that go through a chain of deformations.
 ///
@@ -193,6 +177,7 @@ fn cover_face(
         base,
         formula: Arc::new(formula),
         size,
+        within: settings.borders.within(size),
         memory: settings.memory,
         cells: Vec::new(),
         knot_boxes,
@@ -210,40 +195,13 @@ fn cover_face(
     Ok(Covered { shell: cells, knot_boxes: cover.knot_boxes })
 }
 
-/// A patch in one knot box, composed with the volume's piece, if the degrees are modest: its degrees times the sum of the
-/// volume's.
-fn composed(patch: &BezierPatch, volume: &SplineVolume) -> Option<(BezierPatch, KnotBox)> {
-    let total: usize = volume.degree().iter().sum();
-    let degree = patch.degree().map(|degree| degree * total);
-    if degree.iter().any(|&degree| degree > MAX_COMPOSED_DEGREE) {
-        return None;
-    }
-    let [low, high] = patch.hull_bounds();
-    let knot_box = volume.knot_box(low)?;
-    for axis in 0..3 {
-        let ends = &volume.axes()[axis].breakpoints()[knot_box[axis]..];
-        if !(low[axis] >= ends[0] && high[axis] <= ends[1]) {
-            return None;
-        }
-    }
-    let rational = patch.is_rational() || volume.is_rational();
-    let power = i32::try_from(total).ok()?;
-    let Interpolant { mut control_points, .. } = interpolate(degree, |st| {
-        let (point, weight) = patch.homogeneous(st);
-        volume.homogeneous_in_knot_box(knot_box, point) * weight.powi(power)
-    });
-    if !rational {
-        control_points.iter_mut().for_each(|point| point.w = 1.0);
-    }
-    let made = BezierPatch::new(degree, control_points);
-    (made.has_positive_weights() && made.is_finite()).then_some((made, knot_box))
-}
-
 /// What has been done for a surface; its base patches are covered side by side.
 #[derive(Default)]
 struct Work {
     cells: AtomicUsize,
     rectangles: AtomicUsize,
+    /// Rectangles smaller than [`KINK`] in which pieces differ by more than those of one cell may.
+    kinks: AtomicUsize,
 }
 
 /// A base patch being covered.
@@ -253,6 +211,8 @@ struct Cover<'a> {
     formula: Arc<Formula>,
     boundary_error: f64,
     size: f64,
+    /// How far pieces of one cell may differ; none if each has a cell of its own.
+    within: Option<f64>,
     memory: MemoryLimit,
     /// With the vertices of their corners.
     cells: Vec<(Face, Vec<u32>)>,
@@ -300,7 +260,7 @@ impl Cover<'_> {
         let discs = discs(rectangle);
         self.work.rectangles.fetch_add(1, Ordering::Relaxed);
         let mut axis = usize::from(halvings[1] < halvings[0]);
-        let found = pieces(|possible| self.formula.range(discs, possible));
+        let found = pieces(MOST_PIECES, |possible| self.formula.range(discs, possible));
         // far from its own border a piece may be steep, and rays would look there for nothing
         let small = |range: &[Disc; 3]| radius(range, 0) <= LARGEST_SHARED * self.size;
         let found = found.filter(|found| found.len() == 1 || found.iter().all(|(_, range)| small(range)));
@@ -315,7 +275,15 @@ impl Cover<'_> {
                     }
                 }
             }
-            if fits.len() == found.len() {
+            let most = found.iter().map(|(_, range)| radius(range, 0)).fold(0.0, f64::max);
+            if fits.len() == found.len() && found.len() > 1 && self.merges() {
+                fits.retain(|(piece, ..)| self.occurs(piece, rectangle, SEARCH_HALVINGS));
+                match merge(&self.formula, &fits, rectangle, (most, self.within.unwrap_or(0.0))) {
+                    Merge::Cell(cell, degree) => return self.push(cell, degree, region).map(|()| None),
+                    Merge::Halve(longer) => axis = longer,
+                }
+                self.count_kinks(most);
+            } else if fits.len() == found.len() {
                 let mut leads = true;
                 for (piece, degree, error) in fits {
                     if found.len() == 1 || self.occurs(piece, rectangle, SEARCH_HALVINGS) {
@@ -364,7 +332,8 @@ impl Cover<'_> {
                 })
                 .fold(f64::INFINITY, f64::min)
         };
-        let accuracy = 0.25 * ACCURACY * self.size;
+        // pieces that may differ need not be fitted better than by a part of that
+        let accuracy = (0.25 * ACCURACY * self.size).max(FIT * self.within.unwrap_or(0.0));
         let along_s = (1..=MAX_CELL_DEGREE).find(|&degree| error(0, degree) <= accuracy);
         let along_t = (1..=MAX_CELL_DEGREE).find(|&degree| error(1, degree) <= accuracy);
         match (along_s, along_t) {
@@ -382,6 +351,18 @@ impl Cover<'_> {
                 let [s, t] = known.into_iter().find(|[s, t]| s.min(*t) < f64::INFINITY).unwrap_or([0.0; 2]);
                 if s == t { Fit::Halve(alternate) } else { Fit::Halve(usize::from(t > s)) }
             }
+        }
+    }
+
+    /// Whether pieces are to be one cell where they differ by little; not once the surface is known to tear or to have kinks.
+    fn merges(&self) -> bool {
+        self.within.is_some() && self.work.kinks.load(Ordering::Relaxed) < MOST_KINKS
+    }
+
+    /// Counts a rectangle of some radius in which pieces differ by too much.
+    fn count_kinks(&self, radius: f64) {
+        if radius < KINK * self.size {
+            self.work.kinks.fetch_add(1, Ordering::Relaxed);
         }
     }
 
@@ -433,7 +414,7 @@ impl Cover<'_> {
     fn push_point(&mut self, [low, high]: [DVec2; 2], region: &(Region, Vec<u32>)) -> Result<(), CoverError> {
         let middle = 0.5 * (low + high);
         let formula = self.formula.clone();
-        let found = pieces(|possible| formula.range(discs([low, high]), possible));
+        let found = pieces(MOST_PIECES_AT_POINT, |possible| formula.range(discs([low, high]), possible));
         let found = found.ok_or_else(|| fault(&formula, middle))?;
         let holds = |(piece, _): &&(Piece, _)| {
             let mut margins = piece.margins([0.0; 2]);

@@ -7,13 +7,16 @@
 mod branch;
 mod cell;
 mod chain;
+mod compose;
 mod cover;
 mod cover_error;
+mod cover_settings;
 mod disc;
 mod expression;
 mod interpolate;
 mod jet;
 mod loop_part;
+mod merge;
 mod number;
 mod program;
 mod step;
@@ -23,8 +26,9 @@ mod taylor;
 mod tests;
 
 pub use chain::{Chain, ChainError, MAX_FIELDS};
-pub use cover::{CoverSettings, Covered, cover};
+pub use cover::cover;
 pub use cover_error::CoverError;
+pub use cover_settings::{Borders, CoverSettings, Covered};
 pub use expression::Expression;
 pub use step::*;
 pub use syntax::ExpressionError;

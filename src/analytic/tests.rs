@@ -526,3 +526,32 @@ fn jets_are_taylor_series() {
         }
     }
 }
+
+#[test]
+fn knot_planes_of_two_lattices_may_cross_in_one_point() {
+    // eight knot boxes of each meet where s = t = 1/3, which no halving separates
+    let point = |s: f64, t: f64| {
+        DVec4::new(0.5 + 0.6 * (s - 1.0 / 3.0), 0.5 + 0.6 * (t - 1.0 / 3.0), 0.4 + 0.2 * s + 0.1 * t, 1.0)
+    };
+    let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)];
+    let base = BezierPatch::new([1, 1], corners.map(|(s, t)| point(s, t)).to_vec());
+    let identity = || SplineVolume::identity([1, 1, 1], [3, 3, 3], [DVec3::ZERO, DVec3::ONE]).unwrap();
+    let faces = covered(&base, vec![Step::Volume(identity()), Step::Volume(identity())]);
+    let mut area = 0.0;
+    for face in &faces {
+        for trim_loop in face.region.loops() {
+            let corners = face.region.corners(&trim_loop);
+            let doubled: f64 =
+                (0..corners.len()).map(|i| corners[i].perp_dot(corners[(i + 1) % corners.len()])).sum();
+            let [_, s, t] = face.chart.coordinates();
+            area += if face.leads() { 0.5 * doubled * s.cross(t).z } else { 0.0 };
+            for &corner in corners {
+                let place = face.chart.place(corner).coordinates();
+                assert!(
+                    (face.patch.eval(corner).position - point(place.x, place.y).truncate()).length() < 1e-7
+                );
+            }
+        }
+    }
+    assert!((area - 1.0).abs() < 1e-12, "the faces are all of the square once: {area}");
+}

@@ -12,7 +12,7 @@ use trimray::export::{
     LengthUnit, MITSUBA_NAMES, MITSUBA_SCENE, NamedMesh, Precision, Schema, StepObject, StepReport,
     StepSettings, is_exported, mitsuba_scene, obj, ply, step, write_exact_patches,
 };
-use trimray::model::Representation;
+use trimray::model::{Borders, Representation};
 use trimray::output::{
     OwnFolder, check_folder_writable, check_writable, write_folder_whole, write_whole, write_whole_by,
 };
@@ -120,7 +120,14 @@ pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
         let message = "--level is for triangles; .step holds surfaces";
         return Err(CliError::Input(message.to_owned()));
     }
-    let scene = args.scene.parse()?;
+    let mut scene = args.scene.parse()?;
+    if format == Format::Step {
+        // two neighbours may be off in opposite directions
+        scene.borders = match args.tolerance {
+            Some(tolerance) => Borders::Within(0.5 * tolerance),
+            None => Borders::WithinPart(0.5 * STEP_TOLERANCE),
+        };
+    }
     if format == Format::Mitsuba {
         check_replaces_no_inputs(&args.output, MITSUBA_NAMES, &scene.files())?;
         check_folder_writable(&args.output, MITSUBA_FOLDER)?;

@@ -10,8 +10,8 @@ use super::attributes::plane_corners;
 use super::bounds::tight_bounds;
 use super::deformer::{BuiltLattice, Deformer, EditError};
 use super::error::{ModelError, PartsOutside};
+use super::settings::BuildSettings;
 use crate::analytic::{Chain, CoverSettings, Covered, Step, cover};
-use crate::memory::MemoryLimit;
 use crate::mesh::PolygonSet;
 use crate::patch::{
     BuildError, BuildTimes, Chart, Deformation, DeformedPolygons, Face, ParameterFrame, PlanarPolygon, Shell,
@@ -30,8 +30,8 @@ const CONTROL_POINT_BYTES: u64 = 5 * 32;
 pub(super) struct PlacedShape<'a> {
     pub(super) base: Base<'a>,
     pub(super) deformers: &'a [Deformer],
-    /// The most memory that it may be made in.
-    pub(super) memory: MemoryLimit,
+    /// How it is built.
+    pub(super) settings: BuildSettings,
 }
 
 /// A shape in the world before its deformations.
@@ -82,7 +82,7 @@ impl PlacedShape<'_> {
             };
             let count =
                 lattice.points.iter().fold(1, |count: u64, points| count.saturating_mul(*points as u64));
-            let promise = self.memory.ask(
+            let promise = self.settings.memory.ask(
                 format_args!("a lattice of {count} control points"),
                 count.saturating_mul(CONTROL_POINT_BYTES),
             )?;
@@ -105,7 +105,8 @@ impl PlacedShape<'_> {
 
     /// The object after some steps, exactly. Whether it `composes`: see [`CoverSettings::composes`].
     pub(super) fn after(&self, steps: &[Step], composes: bool) -> Result<Faces, ModelError> {
-        let settings = CoverSettings { composes, memory: self.memory };
+        let BuildSettings { memory, borders } = self.settings;
+        let settings = CoverSettings { composes, borders, memory };
         let started = Instant::now();
         let mut made = self.first_step(steps)?;
         let done = usize::from(matches!((self.is_flat(), steps.first()), (true, Some(Step::Volume(_)))));
@@ -154,7 +155,7 @@ impl PlacedShape<'_> {
         match self.base {
             Base::Polygons(polygons) => {
                 let DeformedPolygons { shell, subpolygons, times } =
-                    deform_polygons_within(&planar(polygons), deformation, false, self.memory)
+                    deform_polygons_within(&planar(polygons), deformation, false, self.settings.memory)
                         .map_err(fault)?;
                 Ok(Faces { shell, subpolygons, times, knot_boxes })
             }
@@ -168,8 +169,8 @@ impl PlacedShape<'_> {
                 for (face, vertices) in shell.iter() {
                     let Some(corners) = plane_corners(face) else { continue };
                     let polygon = [PlanarPolygon { face: 0, corners: &corners }];
-                    let made =
-                        deform_polygons_within(&polygon, deformation, true, self.memory).map_err(fault)?;
+                    let made = deform_polygons_within(&polygon, deformation, true, self.settings.memory)
+                        .map_err(fault)?;
                     all.subpolygons += made.subpolygons;
                     all.times.subdivide += made.times.subdivide;
                     all.times.compose += made.times.compose;
@@ -209,7 +210,7 @@ impl PlacedShape<'_> {
         // only cells know their points before the last step
         let shell = self.after(&steps, false).map_err(Box::new)?.shell;
         let object = TracedObject { name: String::new(), shell, attributes: Box::new(NoAttributes) };
-        let traced = TracedScene::try_new_within(vec![object], self.memory)
+        let traced = TracedScene::try_new_within(vec![object], self.settings.memory)
             .map_err(|error| Box::new(ModelError::from(error)))?;
         Ok(traced.closest_hit(ray).map(|hit| {
             let patch = &traced.objects()[0].faces()[hit.patch as usize];

@@ -11,7 +11,9 @@ mod error;
 mod object;
 mod representation;
 mod self_intersection;
+mod settings;
 
+pub use crate::analytic::Borders;
 pub use crate::math::magnitude::MagnitudeError;
 pub use bounds::bounds_of;
 pub(crate) use bounds::farthest_reach;
@@ -22,3 +24,4 @@ pub use deformer::{
 pub use error::{ModelError, PartsOutside};
 pub use object::{Attributes, BuiltObject, FaceGroups, Object, ObjectReport, ObjectTimes, Shape};
 pub use representation::{Representation, RepresentationError, TriangularCounts};
+pub use settings::BuildSettings;

@@ -11,10 +11,10 @@ use super::deformer::{BuiltLattice, Deformer};
 use super::error::ModelError;
 use super::representation::{Construction, Elements, Representation, TriangularCounts, facet_object};
 use super::self_intersection::self_intersection;
+use super::settings::BuildSettings;
 use crate::analytic::{MAX_FIELDS, Step};
 use crate::math::bounds;
 use crate::math::magnitude::{self, MagnitudeError};
-use crate::memory::MemoryLimit;
 use crate::mesh::{MeshNotes, MeshTolerances, PolygonMesh, prepare_polygons};
 use crate::patch::BuildTimes;
 use crate::surface::SplineSurface;
@@ -167,18 +167,18 @@ impl Object {
     /// # Errors
     /// The first thing that is wrong; [`ModelError::deformer`] and [`ModelError::edit`] say where.
     pub fn build(&self) -> Result<BuiltObject, ModelError> {
-        self.build_within(MemoryLimit::NONE)
+        self.build_with(BuildSettings::default())
     }
 
-    /// As [`Self::build`], if there is memory enough.
+    /// As [`Self::build`], with settings of one's own.
     ///
     /// # Errors
     /// As [`Self::build`]; also if the process would have more memory than it may.
-    pub fn build_within(&self, memory: MemoryLimit) -> Result<BuiltObject, ModelError> {
+    pub fn build_with(&self, settings: BuildSettings) -> Result<BuiltObject, ModelError> {
         self.check_deformers()?;
         match &self.shape {
-            Shape::Polygons(mesh) => self.build_polygons(mesh, memory),
-            Shape::Surface(surface) => self.build_surface(surface, memory),
+            Shape::Polygons(mesh) => self.build_polygons(mesh, settings),
+            Shape::Surface(surface) => self.build_surface(surface, settings),
         }
     }
 
@@ -198,11 +198,12 @@ impl Object {
         Ok(())
     }
 
-    fn build_polygons(&self, mesh: &PolygonMesh, memory: MemoryLimit) -> Result<BuiltObject, ModelError> {
+    fn build_polygons(&self, mesh: &PolygonMesh, settings: BuildSettings) -> Result<BuiltObject, ModelError> {
         let started = Instant::now();
         let corners: u64 = mesh.faces().map(|face| face.arity() as u64).sum();
-        let promise =
-            memory.ask(format_args!("the mesh's {} polygons", mesh.face_count()), corners * CORNER_BYTES)?;
+        let promise = settings
+            .memory
+            .ask(format_args!("the mesh's {} polygons", mesh.face_count()), corners * CORNER_BYTES)?;
         let (polygons, notes) = prepare_polygons(mesh, self.placement, MeshTolerances::default());
         drop(promise);
         // faces with corners that double precision cannot hold are not among the polygons
@@ -222,7 +223,7 @@ impl Object {
             return Err(ModelError::NoNormals);
         }
         let load = started.elapsed();
-        let shape = PlacedShape { base: Base::Polygons(&polygons), deformers: &self.deformers, memory };
+        let shape = PlacedShape { base: Base::Polygons(&polygons), deformers: &self.deformers, settings };
         let made = self.representation.construct(&shape)?;
         let volumes = made.lattices.iter().map(|lattice| lattice.volume.clone()).collect();
         let normals = self.attributes.vertex_normals;
@@ -231,7 +232,11 @@ impl Object {
         Ok(self.finished(made, attributes, (notes, load)))
     }
 
-    fn build_surface(&self, surface: &SplineSurface, memory: MemoryLimit) -> Result<BuiltObject, ModelError> {
+    fn build_surface(
+        &self,
+        surface: &SplineSurface,
+        settings: BuildSettings,
+    ) -> Result<BuiltObject, ModelError> {
         if self.representation.needs_polygons() {
             return Err(ModelError::NeedsPolygons);
         }
@@ -240,7 +245,7 @@ impl Object {
         check_magnitude(bounds::around(shell.faces().iter().flat_map(|face| face.patch.hull_bounds())))?;
         let load = started.elapsed();
         let base = Base::Surface { surface, placement: self.placement, shell: &shell };
-        let shape = PlacedShape { base, deformers: &self.deformers, memory };
+        let shape = PlacedShape { base, deformers: &self.deformers, settings };
         let made = self.representation.construct(&shape)?;
         let mut warnings = Vec::new();
         for (number, step) in (1..).zip(&made.steps) {

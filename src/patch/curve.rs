@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, DVec4};
 
-use crate::math::bernstein::{binomial, inverse_binomial};
+use crate::math::bernstein::binomial;
 
 use super::bezier_patch::BezierPatch;
 
@@ -120,7 +120,7 @@ impl BezierPatch {
             for j in 0..=n {
                 let row = if to.x < from.x { m - i } else { i };
                 let column = if to.y < from.y { n - j } else { j };
-                let share = binomial(m, i) * binomial(n, j) * inverse_binomial(m + n, i + j);
+                let share = binomial(m, i) * binomial(n, j) / binomial(m + n, i + j);
                 points[i + j] += share * part[row * (n + 1) + column];
             }
         }
@@ -170,6 +170,19 @@ mod tests {
                     assert!(got.distance(want) < 2e-14, "{s} {t} {line:?} at {at}: {got} {want}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn diagonals_of_patches_of_the_highest_degree() {
+        let mut noise = Noise(10);
+        let points: Vec<_> = (0..169).map(|_| noise.vector().extend(1.0)).collect();
+        let patch = BezierPatch::new([12, 12], points);
+        let curve = patch.curve([DVec2::ZERO, DVec2::ONE]);
+        assert_eq!(curve.degree(), 24);
+        for i in 0..=20 {
+            let at = f64::from(i) / 20.0;
+            assert!(curve.eval(at).distance(patch.eval(DVec2::splat(at)).position) < 1e-13);
         }
     }
 

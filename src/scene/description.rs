@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::diagnostic::{Located, Location};
 use crate::film::{FilmSettings, PictureLimits};
 use crate::memory::MemoryLimit;
-use crate::model::{Deformer, DragUsing, Edit, Lattice, Representation};
+use crate::model::{Borders, Deformer, DragUsing, Edit, Lattice, Representation};
 use crate::shade::light::EnvironmentLight;
 use crate::shade::{CameraSettings, Light, Material, PictureSource, RenderSettings, TextureSource};
 use crate::surface::SplineSurface;
@@ -37,6 +37,8 @@ pub struct SceneDescription {
     pub pictures: PictureLimits,
     /// The most memory that building it may take.
     pub memory: MemoryLimit,
+    /// What is made where pieces of a chain of deformations meet; no key of scene files.
+    pub borders: Borders,
 }
 
 impl SceneDescription {

@@ -16,8 +16,8 @@ use super::lattice_file::read_lattice;
 use crate::memory::Promise;
 use crate::mesh::{LoadError, MeshNotes, load_mesh};
 use crate::model::{
-    Attributes, BuiltObject, Deformer, DragEdit, DragSources, Edit, EditError, Lattice, ModelError, Object,
-    Representation, Shape,
+    Attributes, BuildSettings, BuiltObject, Deformer, DragEdit, DragSources, Edit, EditError, Lattice,
+    ModelError, Object, Representation, Shape,
 };
 use crate::shade::Camera;
 use crate::trace::Ray;
@@ -64,8 +64,9 @@ impl ObjectDescription {
             },
             shape,
         };
-        let mut built =
-            object.build_within(scene.memory).map_err(|error| vec![self.diagnostic(scene, &error)])?;
+        let mut built = object
+            .build_with(BuildSettings { memory: scene.memory, borders: scene.borders })
+            .map_err(|error| vec![self.diagnostic(scene, &error)])?;
         built.report.times.load += load;
         built.report.notes = file_notes.merged(built.report.notes);
         built.report.warnings.append(&mut materials.notes);

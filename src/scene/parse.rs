@@ -19,6 +19,7 @@ use toml::de::DeTable;
 
 use crate::film::PictureLimits;
 use crate::memory::MemoryLimit;
+use crate::model::Borders;
 
 use super::description::SceneDescription;
 use super::diagnostic::SceneError;
@@ -167,5 +168,6 @@ fn read_scene(mut root: Table<'_>, path: &Path) -> Option<SceneDescription> {
         least_squares: false,
         pictures: PictureLimits::default(),
         memory: MemoryLimit::NONE,
+        borders: Borders::Curves,
     })
 }

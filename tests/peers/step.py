@@ -8,7 +8,8 @@ Each scene is exported as STEP and read by OpenCASCADE, which must find:
 2.  Edges and vertices whose tolerance is what the file gives as uncertainty.
 3.  The volume of closed solids and the area of all faces, by OpenCASCADE's integration, as triangles of trimray have them, to 1e-6. Triangles
     that halve their edges have errors that fall by four each time; two levels give the limit.
-4.  The first hits of rays, by OpenCASCADE's own intersection of lines and faces, at the same distance to 1e-7 of the diagonal. A ray on
+4.  The first hits of rays, by OpenCASCADE's own intersection of lines and faces, at the same distance to 1e-7 of the diagonal and 20 times what the
+    surfaces are off. A ray on
     which they differ must pass an edge or a silhouette: moved sideways by 1e-6 of the diagonal, in one of eight directions, both agree.
 """
 
@@ -141,15 +142,15 @@ def trace(scene, rays, folder):
         return hits["t"]
 
 
-def differ(ours, theirs, diagonal):
+def differ(ours, theirs, distance):
     """Where two sets of distances are not the same."""
     both = np.isfinite(ours) & np.isfinite(theirs)
     with np.errstate(invalid="ignore"):
-        return np.where(both, np.abs(ours - theirs) > DISTANCE * diagonal, np.isfinite(ours) != np.isfinite(theirs))
+        return np.where(both, np.abs(ours - theirs) > distance, np.isfinite(ours) != np.isfinite(theirs))
 
 
-def check_rays(scene, shape, corners, count, folder):
-    """Compares first hits; returns how many rays hit, and how many differ for no reason."""
+def check_rays(scene, shape, corners, count, folder, error):
+    """Compares first hits, of surfaces that are off by `error`; returns how many rays hit, and how many differ for no reason."""
     random = np.random.default_rng(7)
     low, high = corners.min(0), corners.max(0)
     centre, diagonal = (low + high) / 2, np.linalg.norm(high - low)
@@ -161,15 +162,17 @@ def check_rays(scene, shape, corners, count, folder):
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     rays = np.concatenate([origin, direction], axis=1)
     ours, theirs = trace(scene, rays, folder), first_hits(shape, rays, 4 * diagonal)
-    odd = np.flatnonzero(differ(ours, theirs, diagonal))
+    # rays meet surfaces that are off at angles down to some degrees; those at smaller ones are odd
+    distance, moved_by = DISTANCE * diagonal + 20 * error, MOVED * diagonal + 4 * error
+    odd = np.flatnonzero(differ(ours, theirs, distance))
     unexplained = 0
     for number in odd:
         across = np.linalg.svd(direction[number][None])[2][1:]
         turns = np.arange(8) * np.pi / 4
-        steps = MOVED * diagonal * (np.cos(turns)[:, None] * across[0] + np.sin(turns)[:, None] * across[1])
+        steps = moved_by * (np.cos(turns)[:, None] * across[0] + np.sin(turns)[:, None] * across[1])
         moved = np.repeat(rays[number][None], 8, axis=0)
         moved[:, :3] += steps
-        unexplained += not np.any(~differ(trace(scene, moved, folder), first_hits(shape, moved, 4 * diagonal), diagonal))
+        unexplained += not np.any(~differ(trace(scene, moved, folder), first_hits(shape, moved, 4 * diagonal), distance))
     return int(np.isfinite(ours).sum()), len(odd), unexplained
 
 
@@ -208,7 +211,9 @@ def check(scene, rays, folder):
         [BRep_Tool.Tolerance_s(TopoDS.Edge(edge)) for edge in edges]
         + [BRep_Tool.Tolerance_s(TopoDS.Vertex(vertex)) for vertex in vertices]
     )
-    allowed = max([1e-7] + [float(report["error"]) * 1.05 for report in reports if report["error"]])
+    # two neighbours may be off in opposite directions
+    error = max([float(report["error"]) * 1.05 for report in reports if report["error"]], default=0.0)
+    allowed = max(1e-7, 2 * error)
     fail_unless(tolerance <= allowed * (1 + 1e-9), f"{scene.name}: tolerance {tolerance}, not {allowed}")
     volume, area = integrals(shape)
     solids = [report["name"] for report in reports if report["solids"] and not report["open"]]
@@ -220,7 +225,7 @@ def check(scene, rays, folder):
     if len(solids) == sum(bool(report["solids"]) for report in reports) and solids:
         off = max(off, abs(volume / limit[0] - 1))
     fail_unless(off <= INTEGRAL, f"{scene.name}: volume {volume}, area {area}, of triangles {limit}: off by {off}")
-    hits, odd, unexplained = check_rays(scene, shape, corners, rays, folder)
+    hits, odd, unexplained = check_rays(scene, shape, corners, rays, folder, error)
     fail_unless(unexplained == 0, f"{scene.name}: {unexplained} of {rays} rays differ")
     fail_unless(hits > rays // 20, f"{scene.name}: {hits} of {rays} rays hit")
     print(

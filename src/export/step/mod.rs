@@ -93,8 +93,9 @@ pub struct StepReport {
 pub enum StepError {
     /// Borders that are curves in the parameters.
     #[error(
-        "object {name:?}: faces end in curves, where regions of an extension function begin or the deformation tears; \
-         STEP files of such are not written in this version (.obj and .ply hold triangles of any object)"
+        "object {name:?}: faces end in curves, where the deformation tears or has a kink, or bends by more than the tolerance in \
+         however small a part; STEP files of such are not written in this version (a greater --tolerance may help; .obj and \
+         .ply hold triangles of any object)"
     )]
     CurvedBorders {
         /// The object.
@@ -135,7 +136,9 @@ pub fn step(
     }
     let error = objects.iter().map(|object| certified_error(object.shell)).fold(0.0, f64::max);
     let mut entities = Entities::default();
-    let contexts = Contexts::write(&mut entities, settings.schema, settings.unit, UNCERTAINTY.max(error));
+    // two neighbours may be off in opposite directions
+    let uncertainty = UNCERTAINTY.max(2.0 * error);
+    let contexts = Contexts::write(&mut entities, settings.schema, settings.unit, uncertainty);
     let mut reports = Vec::new();
     let mut styles = Vec::new();
     for object in objects {

@@ -13,7 +13,7 @@ pub(super) fn construct(shape: &PlacedShape<'_>, tolerance: f64) -> Result<Const
     let mut made = exact::construct(shape)?;
     let Elements::Faces(shell) = &made.elements else { return Ok(made) };
     let started = Instant::now();
-    let facets = facets_within(shell, tolerance, &AtomicBool::new(false), shape.memory)
+    let facets = facets_within(shell, tolerance, &AtomicBool::new(false), shape.settings.memory)
         .map_err(|source| ModelError::Tessellate { tolerance, source })?;
     made.times.compose += started.elapsed();
     made.subpolygons = facets.len();

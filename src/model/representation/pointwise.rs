@@ -42,6 +42,7 @@ pub(super) fn construct(shape: &PlacedShape<'_>, level: u32) -> Result<Construct
     }
     let count = fans * each;
     let _promise = shape
+        .settings
         .memory
         .ask(format_args!("pointwise:{level} of {fans} triangles"), count as u64 * FACET_BYTES)?;
     let moved = |rest: DVec3| lattices.iter().fold(rest, |place, lattice| moved(&lattice.volume, place));
