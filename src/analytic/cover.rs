@@ -35,6 +35,9 @@ use super::step::Step;
 /// Highest degree of a cell's patch.
 const MAX_CELL_DEGREE: usize = 12;
 
+/// The same where pieces may differ: those are for CAD systems, some of which read no more.
+const MAX_WITHIN_DEGREE: usize = 9;
+
 /// Bound of the interpolation error of a cell, in parts of the object's size. Hits are moved from patches to the formula's
 /// surface, so that this is only how far from tangent a ray must be for its roots on both to correspond, and the width of
 /// borders between cells. A tenth of it needs a third more cells.
@@ -334,8 +337,9 @@ impl Cover<'_> {
         };
         // pieces that may differ need not be fitted better than by a part of that
         let accuracy = (0.25 * ACCURACY * self.size).max(FIT * self.within.unwrap_or(0.0));
-        let along_s = (1..=MAX_CELL_DEGREE).find(|&degree| error(0, degree) <= accuracy);
-        let along_t = (1..=MAX_CELL_DEGREE).find(|&degree| error(1, degree) <= accuracy);
+        let highest = if self.within.is_some() { MAX_WITHIN_DEGREE } else { MAX_CELL_DEGREE };
+        let along_s = (1..=highest).find(|&degree| error(0, degree) <= accuracy);
+        let along_t = (1..=highest).find(|&degree| error(1, degree) <= accuracy);
         match (along_s, along_t) {
             (Some(m), Some(n)) => {
                 // all but the same degrees are evaluated faster if they are the same
