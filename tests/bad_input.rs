@@ -69,7 +69,9 @@ fn what_of_a_mesh_is_not_used_is_told_and_refuses_nothing() {
         assert!(export.stderr.contains(&format!("cube.obj: {note}")), "{note}: {}", export.stderr);
     }
     at.write("cube.obj", "ply\nformat ascii 1.0\nelement vertex 3\n");
-    at.refuse(&["info", "scene.toml"], &["cube.obj: is a PLY file, not an OBJ file"]);
+    at.refuse(&["info", "scene.toml"], &["cube.obj: the header has no end: a line `end_header` is needed"]);
+    at.write("cube.obj", "PK\u{3}\u{4}");
+    at.refuse(&["info", "scene.toml"], &["cube.obj: is a ZIP archive, not an OBJ file"]);
 }
 
 #[test]

@@ -56,6 +56,10 @@ pub struct FileNotes {
     pub absent_uvs: usize,
     /// Corners that name normals which are not there.
     pub absent_normals: usize,
+    /// Corners at places of corners before, which became one vertex with them, in files that have places alone.
+    pub joined_corners: usize,
+    /// Triangles with an attribute, of binary STL files.
+    pub attributes: usize,
     /// Faces of one or two corners.
     pub short_faces: usize,
     /// Bytes that are not UTF-8, in names or comments.
@@ -135,6 +139,8 @@ impl fmt::Display for FileNotes {
                 (self.non_finite_normals, "normal", "not finite, left out"),
                 (self.absent_uvs, "corner", "naming a texture coordinate that is not there"),
                 (self.absent_normals, "corner", "naming a normal that is not there"),
+                (self.joined_corners, "corner", "at the place of one before, joined"),
+                (self.attributes, "triangle", "with an attribute, not used"),
                 (self.short_faces, "face", "with fewer than 3 corners"),
                 (self.foreign_bytes, "byte", "not UTF-8, in names or comments"),
                 (self.trailing_zeros, "zero byte", "at the end, left out"),

@@ -12,7 +12,7 @@ use super::other_format::other_format;
 use super::polygon_mesh::MeshError;
 use crate::input::read_whole;
 
-use super::{FileFaults, FileNotes, MeshNotes, PolygonMesh};
+use super::{FileNotes, MeshNotes, PolygonMesh};
 
 /// Why an OBJ file cannot be used. Each message starts with the file's path.
 #[derive(Debug, Error)]
@@ -79,16 +79,6 @@ pub enum ObjError {
     },
 }
 
-impl ObjError {
-    /// See [`LoadError::faults`](super::LoadError::faults).
-    pub(super) fn faults(&self) -> Option<FileFaults<'_>> {
-        let Self::Faults { path, faults, more } = self else { return None };
-        let listed = faults.iter().map(|fault| (Some([fault.line, fault.column]), fault.kind.to_string()));
-        let rest = (*more > 0).then(|| (None, format!("and {more} more faults")));
-        Some(FileFaults { path, listed: listed.chain(rest).collect() })
-    }
-}
-
 /// Faults as one message a line, each with path, line and column.
 struct FaultList<'a> {
     path: &'a Path,
@@ -134,7 +124,7 @@ pub fn load_obj(path: impl AsRef<Path>) -> Result<(PolygonMesh, MeshNotes), ObjE
 }
 
 /// [`load_obj`] of a file's content; `path` is for messages only.
-fn parse_obj(path: &Path, bytes: &[u8]) -> Result<(PolygonMesh, MeshNotes), ObjError> {
+pub(super) fn parse_obj(path: &Path, bytes: &[u8]) -> Result<(PolygonMesh, MeshNotes), ObjError> {
     parse_text(path, bytes).map_err(|error| match other_format(bytes) {
         Some(format) => ObjError::OtherFormat { path: path.to_owned(), format },
         None => error,

@@ -325,6 +325,7 @@ impl<'a> Scanner<'a> {
             face_materials: if self.material_names.is_empty() { Vec::new() } else { self.face_materials },
             material_names: self.material_names,
             material_libraries: self.libraries,
+            materials: Vec::new(),
         };
         Ok(Scan { parts, positions: file_positions, notes: self.notes })
     }

@@ -1,5 +1,7 @@
 //! Files of other formats, told by how they begin.
 
+use super::stl::is_binary_stl;
+
 /// How many bytes of a text are looked at.
 const START: usize = 4096;
 
@@ -19,13 +21,6 @@ pub(super) fn other_format(bytes: &[u8]) -> Option<&'static str> {
     ];
     let marked = MARKS.iter().find(|(mark, _)| bytes.starts_with(mark)).map(|&(_, format)| format);
     marked.or_else(|| is_binary_stl(bytes).then_some("a binary STL file")).or_else(|| text_format(bytes))
-}
-
-/// Whether the length is that of as many triangles as stand behind the header of 80 bytes; in text that number is much larger.
-fn is_binary_stl(bytes: &[u8]) -> bool {
-    let Some(&[a, b, c, d]) = bytes.get(80..84) else { return false };
-    let triangles = u64::from(u32::from_le_bytes([a, b, c, d]));
-    triangles > 0 && bytes.len() as u64 == 84 + 50 * triangles
 }
 
 fn text_format(bytes: &[u8]) -> Option<&'static str> {

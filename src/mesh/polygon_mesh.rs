@@ -3,8 +3,10 @@
 use glam::{DVec2, DVec3};
 use thiserror::Error;
 
+use super::material::MeshMaterial;
+
 /// Marks a corner without texture coordinates or normal in the flat arrays.
-const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
 /// One corner of a face: what it refers to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +42,53 @@ pub struct MeshParts {
     pub material_names: Vec<String>,
     /// Names of the files that define them.
     pub material_libraries: Vec<String>,
+    /// Those that the mesh's own file defines.
+    pub materials: Vec<MeshMaterial>,
+}
+
+/// The pieces of a mesh array by array, as a [`PolygonMesh`] keeps them: large files are read into these.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct MeshColumns {
+    pub(super) positions: Vec<DVec3>,
+    pub(super) uvs: Vec<DVec2>,
+    pub(super) normals: Vec<DVec3>,
+    /// Index of each corner's position.
+    pub(super) corner_positions: Vec<u32>,
+    pub(super) corner_uvs: References,
+    pub(super) corner_normals: References,
+    /// Face `i` has the corners `face_starts[i]..face_starts[i + 1]`; the first is 0.
+    pub(super) face_starts: Vec<u32>,
+    /// As [`MeshParts::face_objects`], or empty if all faces are of the first object.
+    pub(super) face_objects: Vec<u32>,
+    pub(super) object_names: Vec<String>,
+    /// See [`MeshParts`].
+    pub(super) face_materials: Vec<u32>,
+    pub(super) material_names: Vec<String>,
+    pub(super) material_libraries: Vec<String>,
+    pub(super) materials: Vec<MeshMaterial>,
+}
+
+/// Which texture coordinates, or which normals, the corners have.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) enum References {
+    /// None.
+    #[default]
+    Absent,
+    /// Those of the same index as their positions.
+    AsPositions,
+    /// These, corner by corner, or [`NONE`].
+    Own(Vec<u32>),
+}
+
+impl References {
+    /// What the corner of this number refers to, which has this position.
+    fn get(&self, corner: usize, position: u32) -> Option<u32> {
+        match self {
+            Self::Absent => None,
+            Self::AsPositions => Some(position),
+            Self::Own(indices) => Some(indices[corner]).filter(|&index| index != NONE),
+        }
+    }
 }
 
 /// Why pieces do not make a mesh; faces and corners are counted from 0.
@@ -126,22 +175,7 @@ pub enum MeshError {
 /// Faces need be neither planar nor simple: see [`prepare_polygons`](super::prepare_polygons).
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolygonMesh {
-    positions: Vec<DVec3>,
-    uvs: Vec<DVec2>,
-    normals: Vec<DVec3>,
-    corner_positions: Vec<u32>,
-    /// As long as `corner_positions`, or empty where no corner has texture coordinates.
-    corner_uvs: Vec<u32>,
-    /// As long as `corner_positions`, or empty where no corner has a normal.
-    corner_normals: Vec<u32>,
-    /// Face `i` has the corners `face_starts[i]..face_starts[i + 1]`.
-    face_starts: Vec<u32>,
-    face_objects: Vec<u32>,
-    object_names: Vec<String>,
-    /// See [`MeshParts`].
-    face_materials: Vec<u32>,
-    material_names: Vec<String>,
-    material_libraries: Vec<String>,
+    columns: MeshColumns,
 }
 
 /// One face of a [`PolygonMesh`].
@@ -160,8 +194,6 @@ impl PolygonMesh {
     /// The first [`MeshError`] that applies.
     pub fn try_new(parts: MeshParts) -> Result<Self, MeshError> {
         check_sizes(&parts)?;
-        check_finite(&parts)?;
-        check_faces(&parts)?;
         let mut face_starts = Vec::with_capacity(parts.arities.len() + 1);
         let mut start = 0;
         face_starts.push(start);
@@ -169,13 +201,13 @@ impl PolygonMesh {
             start += arity;
             face_starts.push(start);
         }
-        let column = |index: fn(&Corner) -> Option<u32>| -> Vec<u32> {
+        let column = |index: fn(&Corner) -> Option<u32>| {
             if parts.corners.iter().all(|corner| index(corner).is_none()) {
-                return Vec::new();
+                return References::Absent;
             }
-            parts.corners.iter().map(|corner| index(corner).unwrap_or(NONE)).collect()
+            References::Own(parts.corners.iter().map(|corner| index(corner).unwrap_or(NONE)).collect())
         };
-        Ok(Self {
+        Self::from_columns(MeshColumns {
             corner_positions: parts.corners.iter().map(|corner| corner.position).collect(),
             corner_uvs: column(|corner| corner.uv),
             corner_normals: column(|corner| corner.normal),
@@ -188,55 +220,82 @@ impl PolygonMesh {
             face_materials: parts.face_materials,
             material_names: parts.material_names,
             material_libraries: parts.material_libraries,
+            materials: parts.materials,
         })
+    }
+
+    /// Checks the pieces; `face_starts` must rise to the number of corners.
+    ///
+    /// # Errors
+    /// The first [`MeshError`] that applies.
+    pub(super) fn from_columns(columns: MeshColumns) -> Result<Self, MeshError> {
+        let sizes = [
+            columns.corner_positions.len(),
+            columns.positions.len(),
+            columns.uvs.len(),
+            columns.normals.len(),
+        ];
+        if sizes.iter().any(|&size| size >= NONE as usize) {
+            return Err(MeshError::TooLarge);
+        }
+        check_finite(&columns)?;
+        check_faces(&columns)?;
+        check_corners(&columns)?;
+        Ok(Self { columns })
     }
 
     /// Positions of the vertices.
     #[must_use]
     pub fn positions(&self) -> &[DVec3] {
-        &self.positions
+        &self.columns.positions
     }
 
     /// Texture coordinates, empty where the mesh has none.
     #[must_use]
     pub fn uvs(&self) -> &[DVec2] {
-        &self.uvs
+        &self.columns.uvs
     }
 
     /// Vertex normals as the file has them, of any length; empty where the mesh has none.
     #[must_use]
     pub fn normals(&self) -> &[DVec3] {
-        &self.normals
+        &self.columns.normals
     }
 
     /// Names of the objects (or groups) that have faces, in the order of their first face.
     #[must_use]
     pub fn object_names(&self) -> &[String] {
-        &self.object_names
+        &self.columns.object_names
     }
 
     /// Names of the materials that the file uses, in the order of their first use.
     #[must_use]
     pub fn material_names(&self) -> &[String] {
-        &self.material_names
+        &self.columns.material_names
     }
 
     /// Names of the files that define the materials, as the mesh's file gives them.
     #[must_use]
     pub fn material_libraries(&self) -> &[String] {
-        &self.material_libraries
+        &self.columns.material_libraries
+    }
+
+    /// The materials that the mesh's own file defines.
+    #[must_use]
+    pub fn materials(&self) -> &[MeshMaterial] {
+        &self.columns.materials
     }
 
     /// Number of faces.
     #[must_use]
     pub fn face_count(&self) -> usize {
-        self.face_objects.len()
+        self.columns.face_starts.len().saturating_sub(1)
     }
 
     /// Number of corners of all faces.
     #[must_use]
     pub fn corner_count(&self) -> usize {
-        self.corner_positions.len()
+        self.columns.corner_positions.len()
     }
 
     /// Number of triangles that the faces make when fanned.
@@ -248,13 +307,13 @@ impl PolygonMesh {
     /// Whether any corner has texture coordinates.
     #[must_use]
     pub fn has_uvs(&self) -> bool {
-        !self.corner_uvs.is_empty()
+        self.columns.corner_uvs != References::Absent
     }
 
     /// Whether any corner has a normal.
     #[must_use]
     pub fn has_normals(&self) -> bool {
-        !self.corner_normals.is_empty()
+        self.columns.corner_normals != References::Absent
     }
 
     /// The face of index `face`.
@@ -267,15 +326,15 @@ impl PolygonMesh {
         Face {
             mesh: self,
             index: face,
-            start: self.face_starts[index] as usize,
-            end: self.face_starts[index + 1] as usize,
+            start: self.columns.face_starts[index] as usize,
+            end: self.columns.face_starts[index + 1] as usize,
         }
     }
 
     /// All faces in order.
     pub fn faces(&self) -> impl ExactSizeIterator<Item = Face<'_>> {
         let mut next = 0;
-        self.face_starts.windows(2).map(move |range| {
+        self.columns.face_starts.windows(2).map(move |range| {
             let index = next;
             next += 1;
             Face { mesh: self, index, start: range[0] as usize, end: range[1] as usize }
@@ -288,11 +347,11 @@ impl PolygonMesh {
     /// If there is no such corner.
     #[must_use]
     pub fn corner(&self, corner: usize) -> Corner {
-        let optional = |column: &[u32]| column.get(corner).copied().filter(|&index| index != NONE);
+        let position = self.columns.corner_positions[corner];
         Corner {
-            position: self.corner_positions[corner],
-            uv: optional(&self.corner_uvs),
-            normal: optional(&self.corner_normals),
+            position,
+            uv: self.columns.corner_uvs.get(corner, position),
+            normal: self.columns.corner_normals.get(corner, position),
         }
     }
 }
@@ -307,13 +366,13 @@ impl<'a> Face<'a> {
     /// Index of the face's object in [`PolygonMesh::object_names`].
     #[must_use]
     pub fn object(&self) -> u32 {
-        self.mesh.face_objects[self.index as usize]
+        self.mesh.columns.face_objects.get(self.index as usize).copied().unwrap_or(0)
     }
 
     /// Index of the face's material in [`PolygonMesh::material_names`], if it has one.
     #[must_use]
     pub fn material(&self) -> Option<u32> {
-        self.mesh.face_materials.get(self.index as usize)?.checked_sub(1)
+        self.mesh.columns.face_materials.get(self.index as usize)?.checked_sub(1)
     }
 
     /// Number of corners, at least 3.
@@ -336,8 +395,7 @@ impl<'a> Face<'a> {
 }
 
 fn check_sizes(parts: &MeshParts) -> Result<(), MeshError> {
-    let sizes = [parts.corners.len(), parts.positions.len(), parts.uvs.len(), parts.normals.len()];
-    if sizes.iter().any(|&size| size >= NONE as usize) {
+    if parts.corners.len() >= NONE as usize {
         return Err(MeshError::TooLarge);
     }
     let expected = parts.arities.iter().map(|&arity| u64::from(arity)).sum();
@@ -352,11 +410,11 @@ fn check_sizes(parts: &MeshParts) -> Result<(), MeshError> {
     Ok(())
 }
 
-fn check_finite(parts: &MeshParts) -> Result<(), MeshError> {
+fn check_finite(columns: &MeshColumns) -> Result<(), MeshError> {
     let faults = [
-        ("position", parts.positions.iter().position(|p| !p.is_finite())),
-        ("uv", parts.uvs.iter().position(|uv| !uv.is_finite())),
-        ("normal", parts.normals.iter().position(|n| !n.is_finite())),
+        ("position", columns.positions.iter().position(|p| !p.is_finite())),
+        ("uv", columns.uvs.iter().position(|uv| !uv.is_finite())),
+        ("normal", columns.normals.iter().position(|n| !n.is_finite())),
     ];
     for (what, found) in faults {
         if let Some(index) = found {
@@ -366,32 +424,39 @@ fn check_finite(parts: &MeshParts) -> Result<(), MeshError> {
     Ok(())
 }
 
-fn check_faces(parts: &MeshParts) -> Result<(), MeshError> {
-    if let Some(face) = parts.arities.iter().position(|&arity| arity < 3) {
-        let arity = parts.arities[face];
+fn check_faces(columns: &MeshColumns) -> Result<(), MeshError> {
+    let mut arities = columns.face_starts.windows(2).map(|range| range[1] - range[0]);
+    if let Some(face) = arities.position(|arity| arity < 3) {
+        let arity = columns.face_starts[face + 1] - columns.face_starts[face];
         return Err(MeshError::TooFewCorners { face, arity });
     }
-    let count = parts.object_names.len();
-    if let Some(face) = parts.face_objects.iter().position(|&object| object as usize >= count) {
-        let object = parts.face_objects[face];
-        return Err(MeshError::UnknownObject { face, object, count });
+    let count = columns.object_names.len();
+    // without a list all faces are of the first object
+    let objects = if columns.face_objects.is_empty() { &[0] } else { columns.face_objects.as_slice() };
+    if let Some(face) = objects.iter().position(|&object| object as usize >= count) {
+        return Err(MeshError::UnknownObject { face, object: objects[face], count });
     }
-    let (materials, faces) = (parts.face_materials.len(), parts.arities.len());
+    let (materials, faces) = (columns.face_materials.len(), columns.face_starts.len().saturating_sub(1));
     if materials != 0 && materials != faces {
         return Err(MeshError::MaterialCount { materials, faces });
     }
-    let count = parts.material_names.len();
-    if let Some(face) = parts.face_materials.iter().position(|&material| material as usize > count) {
-        let material = parts.face_materials[face];
+    let count = columns.material_names.len();
+    if let Some(face) = columns.face_materials.iter().position(|&material| material as usize > count) {
+        let material = columns.face_materials[face];
         return Err(MeshError::UnknownMaterial { face, material, count });
     }
-    for (corner, refs) in parts.corners.iter().enumerate() {
+    Ok(())
+}
+
+fn check_corners(columns: &MeshColumns) -> Result<(), MeshError> {
+    let counts = [columns.positions.len(), columns.uvs.len(), columns.normals.len()];
+    for (corner, &position) in columns.corner_positions.iter().enumerate() {
         let indices = [
-            ("position", Some(refs.position), parts.positions.len()),
-            ("uv", refs.uv, parts.uvs.len()),
-            ("normal", refs.normal, parts.normals.len()),
+            ("position", Some(position)),
+            ("uv", columns.corner_uvs.get(corner, position)),
+            ("normal", columns.corner_normals.get(corner, position)),
         ];
-        for (what, index, count) in indices {
+        for ((what, index), count) in indices.into_iter().zip(counts) {
             if let Some(index) = index.filter(|&index| index as usize >= count) {
                 return Err(MeshError::OutOfRange { corner, what, index, count });
             }

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::description::{ObjectDescription, SceneDescription};
 use super::diagnostic::Diagnostic;
-use crate::mesh::{MtlMaterial, PolygonMesh, load_mtl};
+use crate::mesh::{MeshMaterial, MtlMaterial, PolygonMesh, load_mtl};
 use crate::shade::{
     BitmapSource, DiffuseSource, Material, PrincipledInterface, PrincipledSource, TextureSource,
 };
@@ -96,6 +96,9 @@ pub(super) fn face_materials(
             }
             materials.push(material_of(&of_library));
             emission.push(of_library.emission.unwrap_or(DVec3::ZERO));
+            is_known = true;
+        } else if let Some(own) = mesh.materials().iter().find(|own| own.name == *name) {
+            materials.push(material_of_mesh(own, without_uv(), &mut notes));
             is_known = true;
         } else {
             notes.push(format!(
@@ -204,6 +207,38 @@ fn material_of(source: &MtlMaterial) -> Material {
             _ => PrincipledInterface::Eta(source.refraction.filter(|&eta| eta > 1.0).unwrap_or(GLASS)),
         },
         spec_trans: TextureSource::from(transparency),
+        ..PrincipledSource::default()
+    }))
+}
+
+/// A material of the mesh's own file, by Disney's model: its reflection at normal incidence is 4 % as in glTF's.
+///
+/// `face_without_uv` is a face that has the material and no texture coordinates.
+fn material_of_mesh(
+    source: &MeshMaterial,
+    face_without_uv: Option<u32>,
+    notes: &mut Vec<String>,
+) -> Material {
+    for what in &source.left_out {
+        notes.push(format!("material {}: its {what} is left out", quoted(&source.name)));
+    }
+    let picture = source.picture.as_ref().filter(|_| match face_without_uv {
+        None => true,
+        Some(face) => {
+            notes.push(format!(
+                "material {}: face {face} has no texture coordinates, so its picture is left out",
+                quoted(&source.name)
+            ));
+            false
+        }
+    });
+    Material::Principled(Box::new(PrincipledSource {
+        base_color: match picture {
+            Some(path) => TextureSource::Bitmap(BitmapSource::new(path.clone())),
+            None => TextureSource::Uniform(source.base_color),
+        },
+        roughness: TextureSource::from(source.roughness),
+        metallic: TextureSource::from(source.metallic),
         ..PrincipledSource::default()
     }))
 }

@@ -1,7 +1,5 @@
 //! An object of a scene file as one of the model, and the model's errors as places in the file.
 
-use std::fs;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -13,8 +11,7 @@ use super::description::{
 use super::diagnostic::{Diagnostic, Located, Location};
 use super::face_materials::{MeshMaterials, face_materials};
 use super::lattice_file::read_lattice;
-use crate::memory::Promise;
-use crate::mesh::{LoadError, MeshNotes, load_mesh};
+use crate::mesh::{LoadError, MeshNotes, load_mesh_within};
 use crate::model::{
     Attributes, BuildSettings, BuiltObject, Deformer, DragEdit, DragSources, Edit, EditError, Lattice,
     ModelError, Object, Representation, Shape,
@@ -31,9 +28,6 @@ pub(super) struct ObjectParts {
     /// The materials that its mesh names.
     pub(super) materials: MeshMaterials,
 }
-
-/// Memory that reading a mesh takes at most, in sizes of its file: the text, and the numbers that it stands for.
-const MESH_FACTOR: u64 = 4;
 
 impl ObjectDescription {
     /// Reads the files that the object names and builds it.
@@ -79,24 +73,36 @@ impl ObjectDescription {
                 Ok((Shape::Surface(surface.value.clone()), MeshNotes::default()))
             }
             ObjectShape::Mesh(file) => {
-                let _promise = self.ask_for_mesh(scene, &file.value)?;
-                let (mesh, notes) =
-                    load_mesh(&file.value).map_err(|error| mesh_faults(error, scene, file.location))?;
+                let (mesh, notes) = load_mesh_within(&file.value, scene.memory)
+                    .map_err(|error| self.mesh_faults(&error, scene, file.location))?;
                 Ok((Shape::Polygons(Arc::new(mesh)), notes))
             }
         }
     }
 
-    /// Asks for the memory that a mesh takes while it is read: the text, and what it says as numbers, which are no more.
-    fn ask_for_mesh(&self, scene: &SceneDescription, path: &Path) -> Result<Promise, Vec<Diagnostic>> {
-        let bytes = fs::metadata(path).map_or(0, |file| file.len());
-        let asked =
-            scene.memory.ask(format_args!("mesh {}", path.display()), bytes.saturating_mul(MESH_FACTOR));
-        asked.map_err(|error| {
-            let (file, location) = (scene.path.clone(), Some(self.shape.location()));
-            let message = format!("object {:?}: {error}", self.name.value);
-            vec![Diagnostic { file, location, message, lacks_memory: true }]
-        })
+    /// The faults of a mesh's file at their own places; other errors where the scene names the file.
+    fn mesh_faults(
+        &self,
+        error: &LoadError,
+        scene: &SceneDescription,
+        location: Location,
+    ) -> Vec<Diagnostic> {
+        let Some(faults) = error.faults() else {
+            let lacks_memory = matches!(error, LoadError::Memory(_));
+            let message = match error {
+                LoadError::Memory(error) => format!("object {:?}: {error}", self.name.value),
+                LoadError::Obj(_) | LoadError::File(_) => format!("mesh {error}"),
+            };
+            let file = scene.path.clone();
+            return vec![Diagnostic { file, location: Some(location), message, lacks_memory }];
+        };
+        let diagnostic = |place: Option<[usize; 2]>, message| Diagnostic {
+            file: faults.path.to_owned(),
+            location: place.map(|[line, column]| Location { line, column }),
+            message,
+            lacks_memory: false,
+        };
+        faults.listed.into_iter().map(|(place, message)| diagnostic(place, message)).collect()
     }
 
     /// An error of the model at its place in the scene file.
@@ -210,20 +216,4 @@ fn pick(scene: &SceneDescription, pixel: DVec2) -> Result<Ray, String> {
     let settings = scene.camera.ok_or("pick needs a [camera], through which the point is seen")?;
     let camera = Camera::try_new(&settings, scene.film.size).map_err(|error| error.to_string())?;
     Ok(camera.ray(pixel, DVec2::splat(0.5)))
-}
-
-/// The faults of a mesh's file at their own places; other errors where the scene names the file.
-fn mesh_faults(error: LoadError, scene: &SceneDescription, location: Location) -> Vec<Diagnostic> {
-    let Some(faults) = error.faults() else {
-        let message = format!("mesh {error}");
-        let file = scene.path.clone();
-        return vec![Diagnostic { file, location: Some(location), message, lacks_memory: false }];
-    };
-    let diagnostic = |place: Option<[usize; 2]>, message| Diagnostic {
-        file: faults.path.to_owned(),
-        location: place.map(|[line, column]| Location { line, column }),
-        message,
-        lacks_memory: false,
-    };
-    faults.listed.into_iter().map(|(place, message)| diagnostic(place, message)).collect()
 }

@@ -64,7 +64,7 @@ fn read(mut table: Table<'_>, names: &mut Names, materials: &Materials) -> Optio
 
 /// The mesh or the surface, one of which there must be.
 fn read_shape(table: &Table<'_>) -> Option<ObjectShape> {
-    let file = "the path of an OBJ file, from the scene file's folder";
+    let file = "the path of an OBJ, PLY, STL or glTF file, from the scene file's folder";
     if !table.has("surface") {
         return table.required_located("mesh", file, Value::path).map(ObjectShape::Mesh);
     }
