@@ -4,7 +4,7 @@ use glam::{DMat3, DVec2, DVec3, DVec4};
 
 use crate::math::bernstein::{MAX_ORDER, binomial};
 use crate::patch::BezierPatch;
-use crate::spline::{KnotBox, SplineVolume};
+use crate::spline::{KnotBox, MAX_VOLUME_ORDER, SplineVolume};
 
 use super::jet::{Jet, Point, order_of};
 use super::number::{Number, SIZES};
@@ -80,7 +80,7 @@ impl Expansion {
             let size = ends[1] - ends[0];
             let products = products(degree[axis], (place[axis] - ends[0]) / size, powers[axis]);
             let rows = knots.bernstein_rows(knot_box[axis]);
-            let mut basis = [[0.0; 5]; 5];
+            let mut basis = [[0.0; MAX_VOLUME_ORDER]; MAX_VOLUME_ORDER];
             for (row, product) in rows.iter().zip(products).take(degree[axis] + 1) {
                 let mut scale = 1.0;
                 for k in 0..=powers[axis] {
@@ -93,18 +93,20 @@ impl Expansion {
             basis
         });
         let [nx, ny, nz] = powers.map(|power| power + 1);
+        let first = volume.first_point(knot_box);
         let mut coefficients = vec![DVec4::ZERO; nx * ny * nz];
+        let mut plane = [[DVec4::ZERO; MAX_VOLUME_ORDER]; MAX_VOLUME_ORDER];
         for i in 0..=degree[0] {
-            let mut plane = [[DVec4::ZERO; 5]; 5];
+            plane[..ny].iter_mut().for_each(|row| row[..nz].fill(DVec4::ZERO));
             for j in 0..=degree[1] {
-                let mut line = [DVec4::ZERO; 5];
+                let mut line = [DVec4::ZERO; MAX_VOLUME_ORDER];
                 for (k, along_z) in along[2].iter().enumerate().take(degree[2] + 1) {
-                    let point = volume.homogeneous(knot_box[0] + i, knot_box[1] + j, knot_box[2] + k);
+                    let point = volume.homogeneous(first[0] + i, first[1] + j, first[2] + k);
                     for (sum, &factor) in line.iter_mut().zip(along_z).take(nz) {
                         *sum += factor * point;
                     }
                 }
-                for (row, factor) in plane.iter_mut().zip(along[1][j]).take(ny) {
+                for (row, &factor) in plane.iter_mut().zip(&along[1][j]).take(ny) {
                     for (sum, point) in row.iter_mut().zip(line).take(nz) {
                         *sum += factor * point;
                     }

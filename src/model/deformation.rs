@@ -12,12 +12,13 @@ use super::deformer::{BuiltLattice, Deformer, EditError};
 use super::error::{ModelError, PartsOutside};
 use super::settings::BuildSettings;
 use crate::analytic::{Chain, CoverSettings, Covered, Step, cover};
+use crate::math::bernstein::MAX_DEGREE;
 use crate::mesh::PolygonSet;
 use crate::patch::{
     BuildError, BuildTimes, Chart, Deformation, DeformedPolygons, Face, ParameterFrame, PlanarPolygon, Shell,
     deform_polygons_within,
 };
-use crate::spline::{ControlLattice, KnotBox};
+use crate::spline::{ControlLattice, KnotBox, SplineVolume};
 use crate::subdivide::FrameChoice;
 use crate::surface::SplineSurface;
 use crate::trace::{NoAttributes, Ray, TracedObject, TracedScene};
@@ -109,7 +110,7 @@ impl PlacedShape<'_> {
         let settings = CoverSettings { composes, borders, memory };
         let started = Instant::now();
         let mut made = self.first_step(steps)?;
-        let done = usize::from(matches!((self.is_flat(), steps.first()), (true, Some(Step::Volume(_)))));
+        let done = usize::from(self.composes_first(steps));
         for patch in made.shell.faces().iter().filter(|_| done == 1) {
             made.knot_boxes.insert((0, patch.knot_box()));
         }
@@ -141,12 +142,15 @@ impl PlacedShape<'_> {
         }
     }
 
-    /// After the first step, if that is a volume and the object flat; else before.
+    /// Whether the first step makes patches: a volume, of a flat object, whose degrees add up to no more than a patch may have.
+    /// Otherwise it makes cells.
+    fn composes_first(&self, steps: &[Step]) -> bool {
+        composable(steps).is_some() && self.is_flat()
+    }
+
+    /// After the first step, if that makes patches; else before.
     fn first_step(&self, steps: &[Step]) -> Result<Faces, ModelError> {
-        let volume = match steps.first() {
-            Some(Step::Volume(volume)) => Some(volume),
-            _ => None,
-        };
+        let volume = composable(steps);
         let lattice = self.deformers.first().and_then(Deformer::lattice);
         let frame = lattice.map_or_else(FrameChoice::default, |lattice| lattice.frame);
         let deformation = Deformation { volume, frame };
@@ -194,7 +198,8 @@ impl PlacedShape<'_> {
             if !made.knot_boxes.contains(&(step, None)) {
                 return None;
             }
-            if step > 0 || matches!(self.base, Base::Surface { .. }) {
+            let has_cells = made.shell.faces().iter().any(|face| face.exact.is_some());
+            if step > 0 || has_cells || matches!(self.base, Base::Surface { .. }) {
                 return Some(PartsOutside::Some);
             }
             let outside = made.shell.faces().iter().filter(|patch| patch.knot_box().is_none());
@@ -225,6 +230,14 @@ impl PlacedShape<'_> {
     }
 }
 
+/// The volume of the first step, if its degrees add up to no more than a patch may have.
+pub(super) fn composable(steps: &[Step]) -> Option<&SplineVolume> {
+    match steps.first() {
+        Some(Step::Volume(volume)) if volume.total_degree() <= MAX_DEGREE => Some(volume),
+        _ => None,
+    }
+}
+
 /// The polygons of a mesh as they are cut.
 pub(super) fn planar(polygons: &PolygonSet) -> Vec<PlanarPolygon<'_>> {
     polygons.iter().map(|polygon| PlanarPolygon { face: polygon.face, corners: polygon.positions }).collect()
@@ -245,4 +258,80 @@ fn parameter_chart(placed: &Chart, [corner, along_s, _, along_t]: &[DVec3; 4], w
     let [placed, placed_s, placed_t] = placed.coordinates();
     let origin = origin + vector(placed - corner);
     Chart::Parameters(ParameterFrame { origin, s: vector(placed_s), t: vector(placed_t) })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use glam::DVec3;
+
+    use crate::arrays::write_npy;
+    use crate::scene::parse_scene;
+    use crate::test_support::Noise;
+    use crate::trace::Ray;
+
+    const CUBE: &str = include_str!("../../scenes/meshes/feng_fig07_cube.obj");
+
+    /// Rays at a turned cube under a lattice with random control points: how far hits are from where the volume takes their places,
+    /// how many hits there are, and how many faces are cells.
+    fn errors(lattice: &str) -> (f64, usize, usize) {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("a.obj"), CUBE).unwrap();
+        let object = "[[object]]\nname = \"a\"\nmesh = \"a.obj\"\ntransform = [{ scale = 0.5 }, { rotate = { axis = [1, 2, 3], angle = 25 } }]";
+        let deform = format!(
+            "[[object.deform]]\ntype = \"ffd\"\nbounds = [[-0.2, -0.1, -0.3], [0.7, 0.6, 0.7]]\n{lattice}\n"
+        );
+        let path = folder.path().join("a.toml");
+        fs::write(&path, format!("{object}\n{deform}")).unwrap();
+        let rest = parse_scene(&path).unwrap().build().unwrap();
+        let volume = &rest.objects[0].lattices[0].volume;
+        let [nx, ny, nz] = volume.points();
+        let mut noise = Noise(5);
+        let moved = volume.control_points().into_iter().map(|p| p.truncate() + 0.05 * noise.vector());
+        let moved: Vec<f64> = moved.flat_map(|p| p.to_array()).collect();
+        write_npy(&folder.path().join("a.npy"), &[nx, ny, nz, 3], &moved).unwrap();
+        fs::write(&path, format!("{object}\n{deform}edit = [{{ control_points = \"a.npy\" }}]\n")).unwrap();
+        let built = parse_scene(&path).unwrap().build().unwrap();
+        let volume = &built.objects[0].lattices[0].volume;
+        let (mut worst, mut hits) = (0.0_f64, 0);
+        for _ in 0..400 {
+            let target = DVec3::splat(0.2) + 0.4 * noise.vector();
+            let origin = target + 3.0 * noise.unit_vector();
+            let Some(hit) = built.traced.closest_hit(&Ray::new(origin, target - origin)) else { continue };
+            hits += 1;
+            let want = volume.eval(hit.rest).map_or(hit.rest, |point| point.position);
+            worst = worst.max(want.distance(hit.position));
+        }
+        let cells = built.traced.objects()[0].faces().iter().filter(|face| face.exact.is_some()).count();
+        (worst, hits, cells)
+    }
+
+    #[test]
+    fn general_lattices_make_patches_of_their_volumes() {
+        for lattice in [
+            "degree = [2, 3, 1]\npoints = [4, 5, 3]\nknots = \"uniform\"",
+            "basis = \"bezier\"\npoints = [6, 2, 7]",
+            "degree = [8, 2, 2]\npoints = [9, 3, 4]",
+            "degree = [7, 1, 1]\npoints = [8, 3, 3]",
+            "degree = [2, 3, 2]\npoints = [6, 5, 5]\nknots = [[0, 0, 0, 1, 1, 2, 3, 3, 3], [-2, -1, -1, 0, 0.5, 2, 2, 3, 4], [0, 0, 0, 4, 4, 7, 7, 7]]",
+        ] {
+            let (worst, hits, cells) = errors(lattice);
+            assert!(
+                worst < 1e-12 && hits > 150 && cells == 0,
+                "{lattice}: {worst:e}, {hits} hits, {cells} cells"
+            );
+        }
+    }
+
+    #[test]
+    fn lattices_of_high_degrees_make_cells() {
+        for lattice in ["degree = [5, 4, 4]\npoints = [7, 5, 5]", "basis = \"bezier\"\npoints = [9, 6, 4]"] {
+            let (worst, hits, cells) = errors(lattice);
+            assert!(
+                worst < 1e-11 && hits > 150 && cells > 0,
+                "{lattice}: {worst:e}, {hits} hits, {cells} cells"
+            );
+        }
+    }
 }

@@ -5,6 +5,7 @@ use thiserror::Error;
 
 use super::deformer::EditError;
 use crate::analytic::{CoverError, MAX_FIELDS};
+use crate::math::bernstein::MAX_DEGREE;
 use crate::math::magnitude::MagnitudeError;
 use crate::memory::OutOfMemory;
 use crate::patch::BuildError;
@@ -113,6 +114,15 @@ pub enum ModelError {
     /// [`Representation::FengPeng`](super::Representation::FengPeng) of anything but polygons under a lattice.
     #[error("method triangular takes a mesh and a lattice")]
     OnlyLattice,
+    /// [`Representation::FengPeng`](super::Representation::FengPeng) under a lattice of high degrees.
+    #[error(
+        "method triangular makes patches of the sum of the lattice's degrees, {degree}, but {MAX_DEGREE} is the most; \
+         method = \"exact\" takes any"
+    )]
+    TriangularDegree {
+        /// The sum.
+        degree: usize,
+    },
     /// [`Representation::Pointwise`](super::Representation::Pointwise) of too high a level.
     #[error("pointwise:{level} would make more than {most} triangles; a lower level would do")]
     TooManyTriangles {
@@ -181,7 +191,7 @@ impl ModelError {
             Self::Cover { deformer, .. } | Self::Magnitude { deformer, .. } => *deformer,
             // the second is one too many
             Self::OneLattice => Some(1),
-            Self::OnlyLattice => Some(0),
+            Self::OnlyLattice | Self::TriangularDegree { .. } => Some(0),
             Self::NoArea
             | Self::NoTextureCoordinates { .. }
             | Self::NoNormals

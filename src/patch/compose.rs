@@ -7,24 +7,28 @@
 use glam::{DVec3, DVec4};
 
 use crate::math::bernstein::inverse_binomial;
-use crate::spline::{
-    BernsteinRows, KnotBox, KnotVector, LocalBasis, MAX_VOLUME_DEGREE, MAX_VOLUME_ORDER, SplineVolume,
-};
+use crate::spline::{BernsteinRows, KnotBox, KnotVector, MAX_VOLUME_DEGREE, MAX_VOLUME_ORDER, SplineVolume};
 use crate::subdivide::Frame;
 
 use super::bezier_patch::BezierPatch;
 
-/// Coefficients of an axis' factor: both of its degrees at most that of a volume.
-const FACTOR_SIZE: usize = MAX_VOLUME_ORDER * MAX_VOLUME_ORDER;
+/// Numbers of an axis' factor: both of its degrees, and its basis functions, are at most those of a volume.
+const FACTOR_SIZE: usize = MAX_VOLUME_ORDER * MAX_VOLUME_ORDER * MAX_VOLUME_ORDER;
 
 /// The basis functions of one axis along the frame, as polynomials in (s, t).
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct AxisFactor {
     /// Degrees in s and t: the axis' degree, or 0 where the frame's direction does not change the axis.
     degree: [usize; 2],
     /// Scaled Bernstein coefficients (coefficient times binomials), t fastest: in each place those of all the basis
-    /// functions.
-    scaled: [LocalBasis; FACTOR_SIZE],
+    /// functions, one more than the axis' degree.
+    scaled: Vec<f64>,
+}
+
+impl Default for AxisFactor {
+    fn default() -> Self {
+        Self { degree: [0; 2], scaled: vec![0.0; FACTOR_SIZE] }
+    }
 }
 
 /// Composes volume pieces with frames; keeps its buffers from patch to patch.
@@ -53,7 +57,7 @@ impl Composer {
             self.factors[axis].set(&axes[axis], knot_box[axis], line);
         }
         let order = axis_order(&self.factors);
-        self.load(volume, knot_box, order);
+        self.load(volume, volume.first_point(knot_box), order);
         let mut degree = [0, 0];
         for axis in order {
             degree = self.contract(axis, axes[axis].degree(), degree);
@@ -67,17 +71,17 @@ impl Composer {
         }
     }
 
-    /// Copies the knot box's control points, the last axis of `order` fastest.
-    fn load(&mut self, volume: &SplineVolume, knot_box: KnotBox, order: [usize; 3]) {
+    /// Copies the control points from the first of a knot box on, the last axis of `order` fastest.
+    fn load(&mut self, volume: &SplineVolume, first: [usize; 3], order: [usize; 3]) {
         let degree = volume.degree();
         self.from.clear();
         let mut index = [0; 3];
         for a in 0..=degree[order[0]] {
-            index[order[0]] = knot_box[order[0]] + a;
+            index[order[0]] = first[order[0]] + a;
             for b in 0..=degree[order[1]] {
-                index[order[1]] = knot_box[order[1]] + b;
+                index[order[1]] = first[order[1]] + b;
                 for c in 0..=degree[order[2]] {
-                    index[order[2]] = knot_box[order[2]] + c;
+                    index[order[2]] = first[order[2]] + c;
                     self.from.push(volume.homogeneous(index[0], index[1], index[2]));
                 }
             }
@@ -98,6 +102,10 @@ impl Composer {
             2 => product.add::<3>(&self.from, &mut self.to),
             3 => product.add::<4>(&self.from, &mut self.to),
             4 => product.add::<5>(&self.from, &mut self.to),
+            5 => product.add::<6>(&self.from, &mut self.to),
+            6 => product.add::<7>(&self.from, &mut self.to),
+            7 => product.add::<8>(&self.from, &mut self.to),
+            8 => product.add::<9>(&self.from, &mut self.to),
             other => unreachable!("an axis has degree 1 to {MAX_VOLUME_DEGREE}, not {other}"),
         }
         std::mem::swap(&mut self.from, &mut self.to);
@@ -131,7 +139,8 @@ impl Product<'_> {
     fn add_rows<const ORDER: usize, const ROW: usize>(&self, from: &[DVec4], to: &mut [DVec4]) {
         let (run, n) = (self.run, self.degree[1]);
         let stride = (n + ROW) * run;
-        let (weights, _) = self.factor.scaled.as_chunks::<ROW>();
+        let (weights, _) = self.factor.scaled.as_chunks::<ORDER>();
+        let (weights, _) = weights.as_chunks::<ROW>();
         let weights = &weights[..=self.factor.degree[0]];
         for (i, from_row) in from.chunks_exact((n + 1) * ORDER * run).enumerate() {
             for (j, from) in from_row.chunks_exact(ORDER * run).enumerate() {
@@ -148,7 +157,7 @@ impl Product<'_> {
 fn add_run<const ORDER: usize, const ROW: usize>(
     run: usize,
     from: &[DVec4],
-    weights: &[LocalBasis; ROW],
+    weights: &[[f64; ORDER]; ROW],
     to: &mut [DVec4],
 ) {
     for j in 0..run {
@@ -202,6 +211,10 @@ impl AxisFactor {
             2 => self.set_order::<3>(rows, line),
             3 => self.set_order::<4>(rows, line),
             4 => self.set_order::<5>(rows, line),
+            5 => self.set_order::<6>(rows, line),
+            6 => self.set_order::<7>(rows, line),
+            7 => self.set_order::<8>(rows, line),
+            8 => self.set_order::<9>(rows, line),
             other => unreachable!("an axis has degree 1 to {MAX_VOLUME_DEGREE}, not {other}"),
         }
     }
@@ -224,15 +237,16 @@ impl AxisFactor {
         let k = ORDER - 1;
         self.degree = [M * k, N * k];
         let powers = line.powers::<ORDER, M, N>();
+        let (scaled, _) = self.scaled.as_chunks_mut::<ORDER>();
         for x in 0..=M * k {
             for y in 0..=N * k {
-                let mut sums = [0.0; MAX_VOLUME_ORDER];
-                for (r, sum) in sums[..ORDER].iter_mut().enumerate() {
+                let mut sums = [0.0; ORDER];
+                for (r, sum) in sums.iter_mut().enumerate() {
                     for (i, power) in powers.iter().enumerate() {
                         *sum += power[x][y] * rows[i][r];
                     }
                 }
-                self.scaled[x * (N * k + 1) + y] = sums;
+                scaled[x * (N * k + 1) + y] = sums;
             }
         }
     }

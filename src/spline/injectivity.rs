@@ -105,11 +105,12 @@ fn bezier_form(volume: &SplineVolume, knot_box: KnotBox) -> Net {
             })
             .collect()
     });
+    let first = volume.first_point(knot_box);
     let point = |[a, b, c]: [usize; 3]| {
         indices(degree)
             .map(|[i, j, k]| {
                 let weight = weights[0][a][i] * weights[1][b][j] * weights[2][c][k];
-                weight * volume.homogeneous(knot_box[0] + i, knot_box[1] + j, knot_box[2] + k)
+                weight * volume.homogeneous(first[0] + i, first[1] + j, first[2] + k)
             })
             .sum()
     };

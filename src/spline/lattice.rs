@@ -7,7 +7,7 @@ use crate::math::angle::sin_cos_deg;
 
 use super::axis::{Axis, SignedAxis};
 use super::knot_vector::KnotVector;
-use super::volume::{SplineVolume, VolumeError, axes_over, greville_points};
+use super::volume::{SplineVolume, VolumeError, axes_over, domain, greville_points};
 
 /// An edit names a control point in the held outer layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -41,9 +41,14 @@ impl ControlLattice {
         bounds: [DVec3; 2],
         hold: usize,
     ) -> Result<Self, VolumeError> {
-        let axes = axes_over(degree, points, bounds)?;
-        let points = greville_points(&axes);
-        Ok(Self { axes, bounds, points, hold })
+        Ok(Self::identity_of(axes_over(degree, points, bounds)?, hold))
+    }
+
+    /// The identity over the domains of knot vectors: control points at the Greville abscissae, weights 1.
+    #[must_use]
+    pub fn identity_of(axes: [KnotVector; 3], hold: usize) -> Self {
+        let (bounds, points) = (domain(&axes), greville_points(&axes));
+        Self { axes, bounds, points, hold }
     }
 
     /// The volume of the lattice as it stands.
@@ -81,11 +86,11 @@ impl ControlLattice {
         for (axis, knots) in self.axes.iter().enumerate() {
             let interval = knots.interval(parameters[axis])?;
             let (values, _) = knots.basis_with_derivatives(interval, parameters[axis]);
-            let step = [ny * nz, nz, 1][axis];
+            let (first, step) = (knots.first_point(interval), [ny * nz, nz, 1][axis]);
             basis = basis
                 .iter()
                 .flat_map(|&(flat, factor): &(usize, f64)| {
-                    (0..=knots.degree()).map(move |i| (flat + (interval + i) * step, factor * values[i]))
+                    (0..=knots.degree()).map(move |i| (flat + (first + i) * step, factor * values[i]))
                 })
                 .collect();
         }

@@ -52,7 +52,7 @@ pub struct VolumePoint {
     pub jacobian: DMat3,
 }
 
-/// A clamped uniform tensor-product B-spline volume, rational if its weights differ.
+/// A tensor-product B-spline volume, rational if its weights differ.
 ///
 /// Q(u) = Σ `w_a` `P_a` `N_a(u)` / Σ `w_a` `N_a(u)`, with the parameters u the coordinates of the undeformed point.
 /// With control points at the Greville abscissae and equal weights it is the identity.
@@ -141,18 +141,24 @@ impl SplineVolume {
     /// Lowest and highest corner of the parameter domain.
     #[must_use]
     pub fn bounds(&self) -> [DVec3; 2] {
-        let ends = |axis: usize| {
-            let breakpoints = self.axes[axis].breakpoints();
-            (breakpoints[0], breakpoints[breakpoints.len() - 1])
-        };
-        let (x, y, z) = (ends(0), ends(1), ends(2));
-        [DVec3::new(x.0, y.0, z.0), DVec3::new(x.1, y.1, z.1)]
+        domain(&self.axes)
     }
 
     /// Control points, Cartesian with the weight as fourth component (1 throughout if not rational).
     #[must_use]
     pub fn control_points(&self) -> Vec<DVec4> {
         self.homogeneous.iter().map(|h| (h.truncate() / h.w).extend(h.w)).collect()
+    }
+
+    /// The first of the control points that act in a knot box.
+    pub(crate) fn first_point(&self, knot_box: KnotBox) -> [usize; 3] {
+        std::array::from_fn(|axis| self.axes[axis].first_point(knot_box[axis]))
+    }
+
+    /// The sum of the degrees: that of a patch across all axes.
+    #[must_use]
+    pub fn total_degree(&self) -> usize {
+        self.degree().iter().sum()
     }
 
     /// Homogeneous control point (w x, w y, w z, w).
@@ -199,7 +205,11 @@ impl SplineVolume {
             1 => self.sum_of_rows::<2>(knot_box, parameters),
             2 => self.sum_of_rows::<3>(knot_box, parameters),
             3 => self.sum_of_rows::<4>(knot_box, parameters),
-            _ => self.sum_of_rows::<5>(knot_box, parameters),
+            4 => self.sum_of_rows::<5>(knot_box, parameters),
+            5 => self.sum_of_rows::<6>(knot_box, parameters),
+            6 => self.sum_of_rows::<7>(knot_box, parameters),
+            7 => self.sum_of_rows::<8>(knot_box, parameters),
+            _ => self.sum_of_rows::<9>(knot_box, parameters),
         }
     }
 
@@ -208,11 +218,12 @@ impl SplineVolume {
         let p = parameters.to_array();
         let [nu, nv, nw]: [_; 3] = std::array::from_fn(|axis| self.axes[axis].basis(knot_box[axis], p[axis]));
         let [ku, kv, _] = self.degree();
+        let first = self.first_point(knot_box);
         let (columns, depth) = (self.axes[1].points(), self.axes[2].points());
         let mut sum = DVec4::ZERO;
         for (i, nu) in nu.iter().enumerate().take(ku + 1) {
             for (j, nv) in nv.iter().enumerate().take(kv + 1) {
-                let start = ((knot_box[0] + i) * columns + knot_box[1] + j) * depth + knot_box[2];
+                let start = ((first[0] + i) * columns + first[1] + j) * depth + first[2];
                 let row = &self.homogeneous[start..start + ORDER];
                 let mut of_row = DVec4::ZERO;
                 for k in 0..ORDER {
@@ -230,12 +241,13 @@ impl SplineVolume {
         let bases: [_; 3] = std::array::from_fn(|a| self.axes[a].basis_with_derivatives(knot_box[a], p[a]));
         let [(nu, du), (nv, dv), (nw, dw)] = bases;
         let [ku, kv, kw] = self.degree();
+        let first = self.first_point(knot_box);
         let mut sums = [DVec4::ZERO; 4];
         for i in 0..=ku {
             for j in 0..=kv {
                 let (mut value, mut slope) = (DVec4::ZERO, DVec4::ZERO);
                 for k in 0..=kw {
-                    let point = self.homogeneous(knot_box[0] + i, knot_box[1] + j, knot_box[2] + k);
+                    let point = self.homogeneous(first[0] + i, first[1] + j, first[2] + k);
                     value += nw[k] * point;
                     slope += dw[k] * point;
                 }
@@ -279,17 +291,63 @@ impl SplineVolume {
     }
 }
 
+/// Lowest and highest corner of the box of knot vectors' domains.
+pub(crate) fn domain(axes: &[KnotVector; 3]) -> [DVec3; 2] {
+    let [x, y, z] = axes.each_ref().map(KnotVector::domain);
+    [0, 1].map(|end| DVec3::new(x[end], y[end], z[end]))
+}
+
+/// How a lattice's knots lie.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum KnotLayout {
+    /// Evenly, with ends as often as the control points at the ends are reached.
+    #[default]
+    Clamped,
+    /// Evenly, beyond the box as well.
+    Uniform,
+    /// As these, whose domains are taken to the box; their degrees and numbers of control points are the lattice's.
+    Given(Box<[KnotVector; 3]>),
+}
+
+impl KnotLayout {
+    /// The knot vectors over a box.
+    ///
+    /// # Errors
+    /// [`VolumeError::Knots`] for a degree, number of points, knots or box that is not valid.
+    pub(crate) fn axes(
+        &self,
+        degree: [usize; 3],
+        points: [usize; 3],
+        bounds: [DVec3; 2],
+    ) -> Result<[KnotVector; 3], VolumeError> {
+        let make = |axis: usize| {
+            let (degree, points, start, end) = (degree[axis], points[axis], bounds[0][axis], bounds[1][axis]);
+            let made = match self {
+                Self::Clamped => KnotVector::clamped_uniform(degree, points, start, end),
+                Self::Uniform => KnotVector::uniform(degree, points, start, end),
+                Self::Given(axes) => {
+                    let given = &axes[axis];
+                    let got = given.knots().len();
+                    if given.degree() == degree && given.points() == points {
+                        given.over(start, end)
+                    } else {
+                        Err(KnotError::Count { got, degree, points })
+                    }
+                }
+            };
+            made.map_err(|source| VolumeError::Knots { axis, source })
+        };
+        Ok([make(0)?, make(1)?, make(2)?])
+    }
+}
+
 /// Clamped uniform knot vectors over a box.
 pub(crate) fn axes_over(
     degree: [usize; 3],
     points: [usize; 3],
     bounds: [DVec3; 2],
 ) -> Result<[KnotVector; 3], VolumeError> {
-    let axis = |axis: usize| {
-        KnotVector::clamped_uniform(degree[axis], points[axis], bounds[0][axis], bounds[1][axis])
-            .map_err(|source| VolumeError::Knots { axis, source })
-    };
-    Ok([axis(0)?, axis(1)?, axis(2)?])
+    KnotLayout::Clamped.axes(degree, points, bounds)
 }
 
 /// The control points of the identity, weights 1, third index fastest.

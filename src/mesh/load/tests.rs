@@ -28,7 +28,7 @@ fn the_content_tells_the_format_then_the_ending() {
     }
     assert_eq!(load("a.ply", obj).unwrap_err(), "a.ply:1:1: a PLY file begins with a line `ply`");
     assert_eq!(load("a.glb", obj).unwrap_err(), "a.glb:1:1: expected value");
-    assert!(load("a.stl", obj).unwrap_err().starts_with("a.stl: 34 bytes are no STL file"));
+    assert!(load("a.stl", obj).unwrap_err().starts_with("a.stl: 32 bytes are no STL file"));
     assert!(load("a.stl", "OFF\n").unwrap_err().contains("is an OFF file, not an OBJ file"));
 }
 

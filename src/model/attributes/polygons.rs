@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
+use crate::math::bernstein::MAX_DEGREE;
 use crate::math::cofactor::cofactor;
 use crate::mesh::{Polygon, PolygonMesh, PolygonSet};
 use crate::patch::Place;
@@ -64,8 +65,9 @@ impl VertexAttributes for PolygonAttributes {
         let normal = weights.x * a + weights.y * b + weights.z * c;
         let (mut place, mut carried) = (rest, normal);
         for (number, volume) in volumes.iter().enumerate() {
-            // of the first the knot box is known, which decides on a knot plane
-            let knot_box = if number == 0 { knot_box } else { volume.knot_box(place) };
+            // of the first the knot box is known, which decides on a knot plane, unless it made cells
+            let is_known = number == 0 && volume.total_degree() <= MAX_DEGREE;
+            let knot_box = if is_known { knot_box } else { volume.knot_box(place) };
             let Some(knot_box) = knot_box else { continue };
             let point = volume.eval_in_knot_box(knot_box, place);
             (place, carried) = (point.position, cofactor(point.jacobian) * carried);

@@ -12,7 +12,9 @@ use crate::choice::Choice;
 use crate::manipulate::{DirectManipulation, Drag, DragError, PointSolution, solve_weights};
 use crate::math::magnitude::{self, HEAVIEST, LARGEST, MagnitudeError};
 use crate::model::error::{ModelError, PartsOutside};
-use crate::spline::{Axis, ControlLattice, HeldPoint, KnotBox, SignedAxis, SplineVolume, VolumeError};
+use crate::spline::{
+    Axis, ControlLattice, HeldPoint, KnotBox, KnotLayout, SignedAxis, SplineVolume, VolumeError,
+};
 use crate::subdivide::FrameChoice;
 use crate::trace::Ray;
 
@@ -27,13 +29,15 @@ const FARTHEST: f64 = 1e8;
 /// A free-form deformation by a B-spline volume over a box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice {
-    /// Degree along each axis, in `1..=4`.
+    /// Degree along each axis, in `1..=8`.
     pub degree: [usize; 3],
     /// Control points along each axis, more than the degree.
     pub points: [usize; 3],
     /// Least and greatest corner of the lattice's box, with extent along every axis; if none, the bounding box of the object
     /// as the lattice receives it.
     pub bounds: Option<[DVec3; 2]>,
+    /// How the knots lie over the box.
+    pub knots: KnotLayout,
     /// What happens to parts of the object outside the box.
     pub outside: Outside,
     /// Outermost layers of control points that stay.
@@ -344,6 +348,7 @@ impl Lattice {
             degree,
             points,
             bounds: None,
+            knots: KnotLayout::default(),
             outside: Outside::default(),
             hold: 0,
             frame: FrameChoice::default(),
@@ -363,8 +368,8 @@ impl Lattice {
         magnitude::check(bounds)
             .map_err(|source| ModelError::Magnitude { deformer: Some(deformer), source })?;
         let fault = |source: VolumeError| ModelError::Lattice { deformer, source };
-        let mut lattice =
-            ControlLattice::identity(self.degree, self.points, bounds, self.hold).map_err(fault)?;
+        let axes = self.knots.axes(self.degree, self.points, bounds).map_err(fault)?;
+        let mut lattice = ControlLattice::identity_of(axes, self.hold);
         let mut drags = Vec::new();
         for (number, edit) in self.edits.iter().enumerate() {
             let fault = |source: EditError| ModelError::Edit { deformer, edit: number, source };

@@ -6,9 +6,11 @@ use std::collections::BTreeSet;
 
 use super::{Construction, Elements};
 use crate::analytic::Step;
+use crate::math::bernstein::MAX_DEGREE;
 use crate::model::deformation::{Base, Faces, PlacedShape, planar};
 use crate::model::error::ModelError;
 use crate::patch::{BuildError, deform_triangles};
+use crate::spline::SplineVolume;
 
 /// How much the triangular patches of an object are, before they are converted to tensor-product patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +37,9 @@ pub(super) fn construct(shape: &PlacedShape<'_>) -> Result<Construction, ModelEr
         (Base::Polygons(polygons), Some(Step::Volume(volume))) => (polygons, Some(volume)),
         _ => return Err(ModelError::OnlyLattice),
     };
+    if let Some(degree) = volume.map(SplineVolume::total_degree).filter(|degree| *degree > MAX_DEGREE) {
+        return Err(ModelError::TriangularDegree { degree });
+    }
     let planar = planar(polygons);
     let failed = |source: BuildError| ModelError::Patches { deformer: 0, source };
     let made = deform_triangles(&planar, volume).map_err(failed)?;

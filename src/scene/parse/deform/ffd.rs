@@ -7,7 +7,7 @@ use crate::model::{DragUsing, Edit, Lattice, MoveTo};
 use crate::scene::description::{DeformDescription, DragPlaces, EditDescription};
 use crate::scene::diagnostic::Located;
 use crate::scene::reader::{Converted, Table, Value};
-use crate::spline::{Axis, SignedAxis};
+use crate::spline::{Axis, KnotError, KnotLayout, KnotVector, MAX_VOLUME_DEGREE, SignedAxis};
 
 /// Most control points of a lattice. At 32 bytes each they take half a gigabyte; the patches that
 /// so fine a lattice cuts a mesh into take far more.
@@ -16,24 +16,19 @@ pub const MAX_CONTROL_POINTS: usize = 1 << 24;
 /// Least weight after a drag, in parts of the least one before.
 const DEFAULT_MIN_WEIGHT: f64 = 1e-3;
 
-/// Highest degree along an axis: the patches' degrees are sums of three of these.
-const MAX_DEGREE: i128 = 4;
+/// Highest degree along an axis.
+const MAX_DEGREE: usize = MAX_VOLUME_DEGREE;
 
 const AXES: [char; 3] = ['x', 'y', 'z'];
 
-pub(super) const KEYS: &[&str] = &["type", "degree", "points", "bounds", "outside", "hold", "frame", "edit"];
+pub(super) const KEYS: &[&str] =
+    &["type", "degree", "points", "basis", "knots", "bounds", "outside", "hold", "frame", "edit"];
 
 /// Reads and checks a deformation.
 pub(super) fn read(mut table: Table<'_>) -> Option<DeformDescription> {
     table.check_keys(KEYS);
-    let degrees = format!("three integers from 1 to {MAX_DEGREE}");
-    let degree =
-        table.required("degree", &degrees, |value| value.array(|element| element.integer(1..=MAX_DEGREE)));
-    let counts = format!("three integers from 2 to {MAX_CONTROL_POINTS}");
-    let points = table.required("points", &counts, |value| {
-        value.array(|element| element.integer(2..=MAX_CONTROL_POINTS as i128))
-    });
-    check_counts(&table, degree, points);
+    let (degree, points) = read_sizes(&table);
+    let knots = read_knots(&table, degree, points);
     let bounds = read_bounds(&table);
     let outside = table.choice("outside");
     let hold = table
@@ -45,12 +40,92 @@ pub(super) fn read(mut table: Table<'_>) -> Option<DeformDescription> {
     let edits = edits.filter_map(|edit| limits.read_edit(edit)).collect();
     let lattice = Lattice {
         bounds,
+        knots: knots?,
         outside: outside.unwrap_or_default(),
         hold: limits.hold,
         frame: frame.unwrap_or_default(),
         ..Lattice::new(degree?, points?)
     };
     Some(DeformDescription::Lattice { lattice, edits })
+}
+
+/// Degrees and numbers of control points; those of Bernstein's basis belong together.
+fn read_sizes(table: &Table<'_>) -> (Option<[usize; 3]>, Option<[usize; 3]>) {
+    let is_bezier = table.name_index("basis", "basis", &["bspline", "bezier"]) == Some(1);
+    let degrees = format!("three integers from 1 to {MAX_DEGREE}");
+    let read_degree = |value: Value<'_>| value.array(|element| element.integer(1..=MAX_DEGREE as i128));
+    let degree = match is_bezier {
+        true => table.optional("degree", &degrees, read_degree),
+        false => table.required("degree", &degrees, read_degree),
+    };
+    let counts = format!("three integers from 2 to {MAX_CONTROL_POINTS}");
+    let points: Option<[usize; 3]> = table.required("points", &counts, |value| {
+        value.array(|element| element.integer(2..=MAX_CONTROL_POINTS as i128))
+    });
+    let Some(of_points) = points.filter(|_| is_bezier).map(|points| points.map(|count| count - 1)) else {
+        check_counts(table, degree, points);
+        return (degree, points);
+    };
+    if let Some(axis) = (0..3).find(|&axis| of_points[axis] > MAX_DEGREE) {
+        let message = format!(
+            "basis = \"bezier\" has one degree less than points, at most {MAX_DEGREE}: {} along {} are too many",
+            of_points[axis] + 1,
+            AXES[axis]
+        );
+        table.report_value("points", message);
+        return (None, points);
+    }
+    if degree.is_some_and(|degree| degree != of_points) {
+        let message = format!(
+            "basis = \"bezier\" has one degree less than points, {of_points:?}; without degree it is that"
+        );
+        table.report_value("degree", message);
+    }
+    (Some(of_points), points)
+}
+
+/// How the knots lie: by name, or three lists.
+fn read_knots(
+    table: &Table<'_>,
+    degree: Option<[usize; 3]>,
+    points: Option<[usize; 3]>,
+) -> Option<KnotLayout> {
+    let Some(value) = table.value("knots") else { return Some(KnotLayout::Clamped) };
+    if !value.is_array() {
+        return match table.name_index("knots", "knots", &["clamped", "uniform"])? {
+            0 => Some(KnotLayout::Clamped),
+            _ => Some(KnotLayout::Uniform),
+        };
+    }
+    let expected = "\"clamped\", \"uniform\" or three lists of finite numbers that do not fall";
+    let lists: [Vec<f64>; 3] = table.optional("knots", expected, |value| value.array(numbers))?;
+    let (degree, points) = (degree?, points?);
+    let mut made = Vec::new();
+    for ((axis, list), degree) in lists.into_iter().enumerate().zip(degree) {
+        let (got, points) = (list.len(), points[axis]);
+        let knots = match got == degree + points + 1 {
+            true => KnotVector::try_new(degree, list),
+            false => Err(KnotError::Count { got, degree, points }),
+        };
+        match knots {
+            Ok(knots) => made.push(knots),
+            Err(error) => table.report_value("knots", format!("knots along {}: {error}", AXES[axis])),
+        }
+    }
+    let axes: Result<[KnotVector; 3], _> = made.try_into();
+    axes.ok().map(|axes| KnotLayout::Given(Box::new(axes)))
+}
+
+/// A list of numbers.
+fn numbers(value: Value<'_>) -> Converted<Vec<f64>> {
+    let (mut numbers, mut mismatches) = (Vec::new(), Vec::new());
+    for element in value.elements()? {
+        match element.number() {
+            Ok(number) => numbers.push(number),
+            Err(mismatch) => mismatches.extend(mismatch),
+        }
+    }
+    if mismatches.is_empty() { Ok(numbers) } else { Err(mismatches) }
 }
 
 fn check_counts(table: &Table<'_>, degree: Option<[usize; 3]>, points: Option<[usize; 3]>) {
