@@ -1,12 +1,14 @@
 //! NumPy's files: `.npy` read, `.npz` written; the one file that names their crates.
 
-use std::io::{self, Cursor, Write};
+use std::fs::File;
+use std::io::{self, Cursor, Read, Write};
 use std::path::{Path, PathBuf};
 
-use npyz::{DType, NpyFile, Order, TypeStr, WriterBuilder};
+use npyz::{DType, NpyFile, Order, WriterBuilder};
 use thiserror::Error;
+use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipWriter};
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use crate::input::read_whole;
 use crate::output::{OutputError, write_whole};
@@ -65,38 +67,91 @@ pub struct Array {
 /// [`ArrayError`] if it is not such a file.
 pub fn read_f64(path: &Path) -> Result<Array, ArrayError> {
     let bytes = read_whole(path).map_err(|source| ArrayError::Read { path: path.into(), source })?;
+    decode(path, &bytes, &["f8"])
+}
+
+/// Whether a file begins as a `.npz` archive.
+#[must_use]
+pub fn is_archive(path: &Path) -> bool {
+    let mut start = [0; 4];
+    File::open(path).and_then(|mut file| file.read_exact(&mut start)).is_ok() && start == *b"PK\x03\x04"
+}
+
+/// Reads those of an archive's arrays that have these names: of float64, or of int32 or int64 as the doubles next to them.
+/// The archive must be uncompressed, as `numpy.savez` writes it.
+///
+/// # Errors
+/// [`ArrayError`] if it is no such archive, or one of the arrays is of another type.
+pub fn read_archive(path: &Path, names: &[&str]) -> Result<Vec<(String, Array)>, ArrayError> {
+    let bytes = read_whole(path).map_err(|source| ArrayError::Read { path: path.into(), source })?;
+    let fault = |reason: String| ArrayError::Format { path: path.into(), reason };
+    let broken = |error: ZipError| fault(format!("no archive that can be read: {error}"));
+    let mut archive = ZipArchive::new(Cursor::new(&bytes)).map_err(broken)?;
+    let mut arrays = Vec::new();
+    for index in 0..archive.len() {
+        let entry = archive.by_index_raw(index).map_err(broken)?;
+        let name = entry.name().map_err(broken)?.trim_end_matches(".npy").to_owned();
+        if !names.contains(&name.as_str()) {
+            continue;
+        }
+        if entry.compression() != CompressionMethod::Stored {
+            return Err(fault(format!("{name} is compressed; numpy.savez writes archives that are not")));
+        }
+        // stored, so no longer than the file
+        let mut content = Vec::new();
+        let start = entry.size().min(bytes.len() as u64);
+        entry.take(start).read_to_end(&mut content).map_err(|error| fault(error.to_string()))?;
+        let array = decode(path, &content, &["f8", "i8", "i4"])?;
+        arrays.push((name, array));
+    }
+    Ok(arrays)
+}
+
+/// The content of a `.npy` file, if its numbers are of one of these types.
+fn decode(path: &Path, bytes: &[u8], types: &[&str]) -> Result<Array, ArrayError> {
     let format = |reason: String| ArrayError::Format { path: path.into(), reason };
-    let promised = header_length(&bytes);
+    let promised = header_length(bytes);
     if promised > bytes.len() as u64 {
         let length = bytes.len();
         return Err(format(format!("it is to have a header of {promised} bytes, but the file has {length}")));
     }
-    let mut rest = bytes.as_slice();
+    let mut rest = bytes;
     let file = NpyFile::new(&mut rest).map_err(|error| format(shortened(&error.to_string())))?;
     let (dtype, order) = (file.dtype(), file.order());
     let shape: Vec<u64> = file.shape().to_vec();
-    let wanted: [TypeStr; 2] = ["<f8", ">f8"].map(|name| name.parse().expect("a type of NumPy's own"));
-    if !wanted.iter().any(|want| dtype == DType::new_scalar(want.clone())) {
+    let scalar = |name: &str| DType::new_scalar(name.parse().expect("a type of NumPy's own"));
+    let is = |order: &str, kind: &&&str| dtype == scalar(&format!("{order}{kind}"));
+    let (little, big) = (types.iter().find(|kind| is("<", kind)), types.iter().find(|kind| is(">", kind)));
+    let Some(&kind) = little.or(big) else {
         return Err(ArrayError::Type { path: path.into(), found: dtype.descr() });
-    }
+    };
+    let size = if kind == "i4" { 4 } else { 8 };
     let want = shape.iter().try_fold(1_u64, |product, &extent| product.checked_mul(extent));
     let data = file.into_inner();
-    let got = data.len() as u64 / 8;
+    let got = data.len() as u64 / size as u64;
     let want = want.ok_or_else(|| format("its shape is too large".into()))?;
     if got < want {
         return Err(ArrayError::CutOff { path: path.into(), want, got });
     }
-    let little = dtype == DType::new_scalar(wanted[0].clone());
     let number = |bytes: &[u8]| {
-        let bytes = bytes.try_into().expect("chunks of 8 bytes");
-        if little { f64::from_le_bytes(bytes) } else { f64::from_be_bytes(bytes) }
+        let mut ordered = [0; 8];
+        ordered[..size].copy_from_slice(bytes);
+        if little.is_none() {
+            ordered[..size].reverse();
+        }
+        let [a, b, c, d, ..] = ordered;
+        match kind {
+            "i4" => i32::from_le_bytes([a, b, c, d]).into(),
+            "i8" => i64::from_le_bytes(ordered) as f64,
+            _ => f64::from_le_bytes(ordered),
+        }
     };
     let shape: Vec<usize> = shape
         .into_iter()
         .map(|extent| usize::try_from(extent).expect("fits, for the file holds it"))
         .collect();
     let count = shape.iter().product::<usize>();
-    let mut values: Vec<f64> = data.chunks_exact(8).take(count).map(number).collect();
+    let mut values: Vec<f64> = data.chunks_exact(size).take(count).map(number).collect();
     if order == Order::Fortran {
         values = to_c_order(&shape, &values);
     }

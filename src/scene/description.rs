@@ -52,7 +52,7 @@ impl SceneDescription {
                 DeformDescription::Complete(_) => &[],
             });
         let lattices = edits.filter_map(|edit| match &edit.value {
-            EditDescription::ControlPoints { path } => Some(path.as_path()),
+            EditDescription::ControlPoints { path, .. } => Some(path.as_path()),
             _ => None,
         });
         let textures = self.materials.iter().flat_map(|named| named.material.textures());
@@ -169,8 +169,10 @@ pub enum EditDescription {
     },
     /// [`Edit::ControlPoints`], which are not read yet.
     ControlPoints {
-        /// A `.npy` file, on the path of the scene file's folder.
+        /// A file of any format that is read, on the path of the scene file's folder.
         path: PathBuf,
+        /// Which of its lattices, if it has several.
+        block: Option<Block>,
     },
 }
 
@@ -181,4 +183,13 @@ pub enum DragPlaces {
     Points(Vec<DVec3>),
     /// As the camera sees them after the edits before: places in the picture, in pixels from its top left corner.
     Pixels(Vec<DVec2>),
+}
+
+/// Which lattice of a file that may hold several.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Block {
+    /// By its place, from 1.
+    Number(usize),
+    /// By its name.
+    Name(String),
 }

@@ -17,7 +17,7 @@ mod unavailable;
 pub use crate::choice::Choice;
 pub use build::{BuiltScene, SceneTimes};
 pub use description::{
-    DeformDescription, DragPlaces, EditDescription, NamedMaterial, ObjectDescription, ObjectShape,
+    Block, DeformDescription, DragPlaces, EditDescription, NamedMaterial, ObjectDescription, ObjectShape,
     SceneDescription,
 };
 pub use diagnostic::{Diagnostic, Located, Location, SceneError};

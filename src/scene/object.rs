@@ -195,7 +195,9 @@ impl EditDescription {
     fn read(&self, scene: &SceneDescription, lattice: &Lattice) -> Result<Edit, String> {
         match self {
             Self::Complete(edit) => Ok(edit.clone()),
-            Self::ControlPoints { path } => read_lattice(path, lattice.points).map(Edit::ControlPoints),
+            Self::ControlPoints { path, block } => {
+                read_lattice(path, block.as_ref(), lattice, scene.memory).map(Edit::ControlPoints)
+            }
             Self::Drag { sources, targets, using } => {
                 let sources = match sources {
                     DragPlaces::Points(points) => DragSources::Points(points.clone()),

@@ -157,7 +157,11 @@ fn full_edits() -> Vec<Located<EditDescription>> {
         ),
         located(EditDescription::Complete(Edit::Bulge { axis: Axis::Z, amount: -0.2 }), 76, 9),
         located(EditDescription::Complete(Edit::Weight { index: [1, 1, 1], value: 2.0 }), 78, 10),
-        located(EditDescription::ControlPoints { path: PathBuf::from("scenes/lattice.npy") }, 81, 18),
+        located(
+            EditDescription::ControlPoints { path: PathBuf::from("scenes/lattice.npy"), block: None },
+            81,
+            18,
+        ),
     ]
 }
 

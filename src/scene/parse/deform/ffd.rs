@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use crate::choice::Choice;
 use crate::model::{DragUsing, Edit, Lattice, MoveTo};
-use crate::scene::description::{DeformDescription, DragPlaces, EditDescription};
+use crate::scene::description::{Block, DeformDescription, DragPlaces, EditDescription};
 use crate::scene::diagnostic::Located;
 use crate::scene::reader::{Converted, Table, Value};
 use crate::spline::{Axis, KnotError, KnotLayout, KnotVector, MAX_VOLUME_DEGREE, SignedAxis};
@@ -177,7 +177,7 @@ const EDITS: [(&str, &[&str]); 9] = [
     ("bend", &["bend"]),
     ("bulge", &["bulge"]),
     ("weight", &["weight", "value"]),
-    ("control_points", &["control_points"]),
+    ("control_points", &["control_points", "block"]),
 ];
 
 /// What edits are checked against.
@@ -215,8 +215,11 @@ impl Limits {
             "weight" => self.read_weight(&table),
             _ => {
                 let value = if kind == "control_points" {
-                    let path = table.required(kind, "the path of a .npy file", Value::path)?;
-                    EditDescription::ControlPoints { path }
+                    let expected = "the path of a .npy, .npz, .xyz, .su2 or .prm file";
+                    let path = table.required(kind, expected, Value::path)?;
+                    let expected = "the number of a lattice of the file, from 1, or its name";
+                    let block = table.optional("block", expected, read_block);
+                    EditDescription::ControlPoints { path, block }
                 } else {
                     read_drag(&table, kind)?
                 };
@@ -283,6 +286,13 @@ impl Limits {
             return None;
         }
         Some(index)
+    }
+}
+
+fn read_block(value: Value<'_>) -> Converted<Block> {
+    match value.text() {
+        Ok(name) => Ok(Block::Name(name.to_owned())),
+        Err(_) => value.integer(1..=i128::from(u32::MAX)).map(Block::Number),
     }
 }
 
