@@ -184,8 +184,10 @@ impl Builder<'_> {
         let mode = primitive.mode.unwrap_or(4);
         match mode {
             4..=6 => {}
-            0 => return Ok(self.ignore("points", 1)),
-            1..=3 => return Ok(self.ignore("lines", 1)),
+            0..=3 => {
+                self.ignore(if mode == 0 { "points" } else { "lines" }, 1);
+                return Ok(());
+            }
             _ => return Err(fault(here.to_owned(), GltfFault::Mode(mode))),
         }
         if let Some(name) = primitive.extensions.keys().find(|name| name.contains("draco")) {
@@ -203,7 +205,8 @@ impl Builder<'_> {
         let attribute = |name: &str| primitive.attributes.get(name).copied();
         // what is drawn without positions is drawn by an extension
         let Some(positions) = get(attribute("POSITION"), Usage::Vectors)? else {
-            return Ok(self.ignore("primitive without positions", 1));
+            self.ignore("primitive without positions", 1);
+            return Ok(());
         };
         let set = self.texture_set(primitive, here)?;
         let uvs = get(attribute(&format!("TEXCOORD_{set}")), Usage::TextureCoordinates)?;
@@ -395,7 +398,9 @@ fn read_material(document: &Document, material: &Material, name: String, folder:
         let image = document.images.get(document.textures.get(texture.index)?.source?)?;
         side_file(folder, image.uri.as_deref()?)
     });
-    let is_emitting = material.emissive_factor.is_some_and(|factor| factor != [0.0; 3]);
+    let emission = material.emissive_factor.map_or(DVec3::ZERO, DVec3::from_array);
+    // a picture of what it emits is black in most places
+    let emits = material.emissive_texture.is_none() && emission.is_finite() && emission.min_element() >= 0.0;
     let odd = [
         (texture.is_some() && picture.is_none(), "picture of the base colour (not a file beside)"),
         (picture.is_some() && base_color != DVec3::ONE, "factor of its picture"),
@@ -405,7 +410,7 @@ fn read_material(document: &Document, material: &Material, name: String, folder:
             "picture of metal and roughness",
         ),
         (material.normal_texture.is_some(), "normal map"),
-        (is_emitting || material.emissive_texture.is_some(), "emission"),
+        (material.emissive_texture.is_some(), "picture of emission"),
         (material.alpha_mode.as_ref().is_some_and(|mode| mode != "OPAQUE"), "opacity"),
         (!material.extensions.is_empty(), "extensions"),
     ];
@@ -416,6 +421,7 @@ fn read_material(document: &Document, material: &Material, name: String, folder:
         picture,
         metallic: unit(roughness.and_then(|roughness| roughness.metallic_factor)),
         roughness: unit(roughness.and_then(|roughness| roughness.roughness_factor)),
+        emission: if emits { emission } else { DVec3::ZERO },
         left_out,
     }
 }

@@ -19,6 +19,8 @@ pub struct MeshMaterial {
     pub metallic: f64,
     /// In `[0, 1]`: the square root of the microfacet distribution's.
     pub roughness: f64,
+    /// The radiance that it emits, linear RGB from 0 on.
+    pub emission: DVec3,
     /// What else the file says of it that is not used.
     pub left_out: Vec<&'static str>,
 }

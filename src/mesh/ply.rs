@@ -3,7 +3,7 @@
 //! Read here and not by a crate: `ply-rs-bw` makes a value of every number and a hash table of every element, which takes
 //! many times the memory of the file.
 //!
-//! Source: Turk (1994), *The PLY Polygon File Format*; names of texture coordinates as MeshLab, Blender and Mitsuba write them.
+//! Source: Turk (1994), *The PLY Polygon File Format*; names of texture coordinates as `MeshLab`, Blender and Mitsuba write them.
 
 use glam::{DVec2, DVec3};
 

@@ -3,7 +3,7 @@
 //! Read here and not by a crate: `stl_io` keeps every triangle in single precision before it joins corners, in text as well,
 //! and stops at the first fault without its place.
 //!
-//! Source: 3D Systems (1989), *StereoLithography Interface Specification*.
+//! Source: 3D Systems (1989), *Stereo Lithography Interface Specification*.
 
 use std::collections::HashMap;
 

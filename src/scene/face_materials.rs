@@ -99,6 +99,7 @@ pub(super) fn face_materials(
             is_known = true;
         } else if let Some(own) = mesh.materials().iter().find(|own| own.name == *name) {
             materials.push(material_of_mesh(own, without_uv(), &mut notes));
+            emission.push(own.emission);
             is_known = true;
         } else {
             notes.push(format!(

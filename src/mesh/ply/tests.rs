@@ -164,7 +164,7 @@ fn faults_have_places() {
         ("0 1 2 3 1", "0 1.5 2 6 1", "a.ply:32:7: `1.5` is not a whole number from 0 on"),
         ("0 1 2 3 1", "0 1 2 6 1", "a.ply: face 0: vertex index 6 is out of range; valid are 0 to 5"),
         ("1.5 1.25", "1.5 inf", "a.ply: vertex 2: a coordinate is not a finite number"),
-        ("2 4 1 1 0.5", "2 4 1 9 0.5", "a.ply:35:1: the file ends in face 2 of 3"),
+        ("2 4 1 1 0.5", "2 4 1 9 0.5", "a.ply:34:10: the file ends in face 2 of 3"),
     ];
     for (from, to, want) in cases {
         assert!(good.contains(from), "{from}");

@@ -11,6 +11,7 @@ use crate::analytic::{Extension, Step};
 
 /// One deformation of an object.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "an object has a few")]
 pub enum Deformer {
     /// A control lattice with edits, around the object as the deformers before leave it.
     Lattice(Lattice),

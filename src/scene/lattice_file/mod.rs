@@ -39,7 +39,7 @@ struct FileLattice {
 
 /// Control points, Cartesian with the weight as fourth component, third index fastest, of a lattice as the scene has it.
 ///
-/// The format is told by the file's beginning, then by the ending of its name: `.npy` and `.npz`, `.su2`, `.prm`, and otherwise Plot3D
+/// The format is told by the file's beginning, then by the ending of its name: `.npy` and `.npz`, `.su2`, `.prm`, and otherwise `Plot3D`
 /// (`.xyz`).
 ///
 /// # Errors

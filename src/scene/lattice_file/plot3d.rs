@@ -1,4 +1,4 @@
-//! Plot3D grids in text, as pyGeo writes its boxes (`DVGeometry.writePlot3d`).
+//! `Plot3D` grids in text, as pyGeo writes its boxes (`DVGeometry.writePlot3d`).
 //!
 //! Source: Walatka, Buning, Pierce, Elson (1990), *PLOT3D User's Manual*, NASA TM 101067, section 8.2, of several grids; pyGeo,
 //! `pyBlock.py`.

@@ -1,6 +1,6 @@
-//! Parameter files of PyGeM.
+//! Parameter files of `PyGeM`.
 //!
-//! Source: PyGeM, `pygem/ffd.py`: a box of Bernstein polynomials of one degree less than control points, which move by parts
+//! Source: `PyGeM`, `pygem/ffd.py`: a box of Bernstein polynomials of one degree less than control points, which move by parts
 //! of the box's lengths along its axes.
 
 use std::collections::HashMap;

@@ -184,6 +184,7 @@ fn boxes(text: &str) -> Result<Vec<FfdBox>, TextFault> {
                             format!("{} numbers; a control point is i j k x y z", numbers.len()),
                         ));
                     };
+                    #[expect(clippy::cast_possible_truncation, reason = "what is cut off is compared")]
                     let index = [i, j, k].map(|index| index as usize);
                     if index.map(|index| index as f64) != [i, j, k] {
                         return Err(fault(line, "i, j and k must be whole numbers from 0 on".to_owned()));
