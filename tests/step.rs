@@ -57,8 +57,8 @@ const BALL: &str = "[[object]]\nname = \"ball\"\nsurface = { type = \"sphere\", 
 /// Faces that a report tells.
 fn faces(said: &str) -> usize {
     let words: Vec<_> = said.split_whitespace().collect();
-    let place = words.iter().position(|word| word.starts_with("faces")).unwrap();
-    words[place - 1].parse().unwrap()
+    let place = words.iter().position(|word| word.starts_with("faces")).expect("a report tells of faces");
+    words[place - 1].parse().expect("a number of them")
 }
 
 #[test]
