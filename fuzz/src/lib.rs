@@ -11,7 +11,7 @@ use trimray::difference::{CompareSettings, compare};
 use trimray::film::{PictureLimits, read_layers_within};
 use trimray::memory::MemoryLimit;
 use trimray::mesh::{MeshTolerances, load_mesh, prepare_polygons};
-use trimray::model::{Edit, Lattice, Object, Shape};
+use trimray::model::{BuildSettings, Edit, Lattice, Object, Shape};
 use trimray::scene::parse_scene_str;
 use trimray::spline::Axis;
 use trimray::surface::{self, SplineSurface};
@@ -19,6 +19,11 @@ use trimray::trace::{Ray, TracedScene};
 
 /// What everything has to do with.
 const MEMORY: MemoryLimit = MemoryLimit::new(1 << 30);
+
+/// Objects built within that.
+fn limited() -> BuildSettings {
+    BuildSettings { memory: MEMORY, ..BuildSettings::default() }
+}
 
 /// The input as a file, which is what the library reads.
 fn file(ending: &str, data: &[u8]) -> PathBuf {
@@ -38,7 +43,7 @@ pub fn obj(data: &[u8]) {
     lattice.edits.push(Edit::Twist { axis: Axis::Z, angle: 60.0 });
     let mut object = Object::new("mesh", Shape::Polygons(mesh.into()));
     object.deformers.push(lattice.into());
-    if let Ok(built) = object.build_within(MEMORY) {
+    if let Ok(built) = object.build_with(limited()) {
         let _ = TracedScene::try_new_within(vec![built.traced], MEMORY);
     }
 }
@@ -84,7 +89,7 @@ pub fn expression(data: &[u8]) {
     let mut object = Object::new("sheet", Shape::Surface(sheet));
     let extension = Extension::try_new(mode, vec![region]).expect("axes and an index that are right");
     object.deformers.push(extension.into());
-    if let Ok(built) = object.build_within(MEMORY) {
+    if let Ok(built) = object.build_with(limited()) {
         let _ = TracedScene::try_new_within(vec![built.traced], MEMORY);
     }
 }
@@ -130,7 +135,7 @@ pub fn rays(data: &[u8]) {
     let rational = numbers.byte() % 2 == 1;
     let weights: Vec<_> = (0..count).filter(|_| rational).map(|_| 1.5 + numbers.small()).collect();
     let surface = SplineSurface::bezier(degree, &points, &weights).expect("numbers that fit each other");
-    let Ok(built) = Object::new("patch", Shape::Surface(surface)).build_within(MEMORY) else { return };
+    let Ok(built) = Object::new("patch", Shape::Surface(surface)).build_with(limited()) else { return };
     let scene = TracedScene::new(vec![built.traced]);
     while !numbers.0.is_empty() {
         let exact = numbers.byte() % 4 == 0;
