@@ -54,6 +54,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+// the commands name the library as every program does that uses it
+#[cfg(feature = "cli")]
+extern crate self as trimray;
+
 /// The examples of `docs/library.md`, which the tests run.
 #[cfg(doctest)]
 #[doc = include_str!("../docs/library.md")]
@@ -63,6 +67,9 @@ pub struct LibraryPage;
 pub mod analytic;
 pub mod arrays;
 pub mod choice;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 #[cfg(feature = "cli")]
 pub mod compare;
 pub mod deviation;

@@ -1,9 +1,7 @@
 //! The `trimray` program.
 
-mod cli;
-
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    cli::run()
+    trimray::cli::run(std::env::args_os())
 }

@@ -242,12 +242,9 @@ fn compare_files(args: &DiffArgs) -> Result<ExitCode, CliError> {
         Err(CompareError::Different(mismatch)) => return args.different(paths, &mismatch, started),
     };
     check_interrupted()?;
-    let differ = comparison.figures.max_error > 0.0 || comparison.figures.non_finite > 0;
-    let mut notes = comparison.notes.clone();
-    notes.extend(why(&reference.recorded, &test.recorded, differ, args.ztest));
-    notes.extend(first_samples(args, &comparison));
-    let seconds = started.elapsed().as_secs_f64();
     let pictures = [reference, test];
+    let notes = notes(args, &pictures, &comparison);
+    let seconds = started.elapsed().as_secs_f64();
     let found = Found { args, paths, pictures, comparison, notes, seconds };
     found.write_files()?;
     let status = found.comparison.status;
@@ -264,6 +261,43 @@ fn compare_files(args: &DiffArgs) -> Result<ExitCode, CliError> {
         Status::Warn => ExitCode::from(WARNED),
         Status::Fail => ExitCode::from(FAILED),
     })
+}
+
+/// As [`run`], of pictures that are read already: the comparison, and what `--json` prints of it.
+pub(super) fn run_read(
+    args: &DiffArgs,
+    pictures: [LayeredPicture; 2],
+) -> Result<(Comparison, String), CliError> {
+    let started = Instant::now();
+    let settings = args.settings()?;
+    args.check_outputs(&args.test)?;
+    let different = |mismatch: Mismatch| CliError::Input(mismatch.to_string());
+    let pictures = match args.outside {
+        None => pictures,
+        Some(OutsidePixels::Black) => {
+            with_black_outside(&pictures, args.limits.max_pixels).map_err(different)?
+        }
+    };
+    let comparison = compare(&pictures[0], &pictures[1], &settings).map_err(|error| match error {
+        CompareError::Input(message) => CliError::Input(message),
+        CompareError::Different(mismatch) => different(mismatch),
+    })?;
+    let notes = notes(args, &pictures, &comparison);
+    let seconds = started.elapsed().as_secs_f64();
+    let paths = [args.reference.as_path(), args.test.as_path()];
+    let found = Found { args, paths, pictures, comparison, notes, seconds };
+    found.write_files()?;
+    let json = found.json().context("the JSON")?;
+    Ok((found.comparison, json))
+}
+
+/// Why the pictures may differ, and what was odd.
+fn notes(args: &DiffArgs, [reference, test]: &[LayeredPicture; 2], comparison: &Comparison) -> Vec<String> {
+    let differ = comparison.figures.max_error > 0.0 || comparison.figures.non_finite > 0;
+    let mut notes = comparison.notes.clone();
+    notes.extend(why(&reference.recorded, &test.recorded, differ, args.ztest));
+    notes.extend(first_samples(args, comparison));
+    notes
 }
 
 /// What to do about layers that fail beside a z-test: with other seeds they are of other places.

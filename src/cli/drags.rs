@@ -77,14 +77,13 @@ struct ChangedWeight {
 pub(super) fn run(args: &DragsArgs) -> Result<(), CliError> {
     let scene = args.scene.parse()?;
     let built = args.scene.build(&scene, args.json)?;
-    let drags = gather(&scene, &built);
-    let text = if args.json {
-        String::from_utf8(to_json(&drags).context("the JSON")?).context("the JSON")?
-    } else {
-        table(&drags)
-    };
-    print_result(&text)?;
-    Ok(())
+    print_result(&if args.json { json(&scene, &built)? } else { table(&gather(&scene, &built)) })
+}
+
+/// What `--json` prints of a scene that is built already.
+pub(super) fn json(scene: &SceneDescription, built: &BuiltScene) -> Result<String, CliError> {
+    let drags = gather(scene, built);
+    Ok(String::from_utf8(to_json(&drags).context("the JSON")?).context("the JSON")?)
 }
 
 /// A line for each edit whose drags are not met, for a compromise was asked for.

@@ -24,7 +24,7 @@ use super::own_inputs::{check_not_inputs, check_replaces_no_inputs};
 use super::{CliError, INTERRUPTED, SceneArgs, checked_camera, parse_tolerance};
 
 /// The tolerance where none is asked for, in parts of the object's diagonal.
-const TOLERANCE: f64 = 1e-4;
+pub(super) const TOLERANCE: f64 = 1e-4;
 
 /// How far STEP surfaces may be from the exact ones where nothing is asked for, in parts of the object's diagonal.
 const STEP_TOLERANCE: f64 = 1e-6;
@@ -111,55 +111,92 @@ enum Format {
 }
 
 pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
-    let format = args.format()?;
-    if format == Format::Json && (args.tolerance.is_some() || args.level.is_some()) {
-        let message = "--tolerance and --level are for triangles; .json holds the exact patches";
-        return Err(CliError::Input(message.to_owned()));
-    }
-    if format == Format::Step && args.level.is_some() {
-        let message = "--level is for triangles; .step holds surfaces";
-        return Err(CliError::Input(message.to_owned()));
-    }
+    let format = args.checked_format()?;
     let mut scene = args.scene.parse()?;
-    if format == Format::Step {
-        // two neighbours may be off in opposite directions
-        scene.borders = match args.tolerance {
-            Some(tolerance) => Borders::Within(0.5 * tolerance),
-            None => Borders::WithinPart(0.5 * STEP_TOLERANCE),
-        };
-    }
-    if format == Format::Mitsuba {
-        check_replaces_no_inputs(&args.output, MITSUBA_NAMES, &scene.files())?;
-        check_folder_writable(&args.output, MITSUBA_FOLDER)?;
-    } else {
-        check_not_inputs(&[&args.output], &scene.files())?;
-        check_writable(&args.output)?;
-    }
+    args.set_borders(format, &mut scene);
+    args.check_output(format, &scene)?;
     let built = args.scene.build(&scene, args.quiet)?;
-    if format == Format::Mitsuba {
-        check_replaces_no_inputs(&args.output, MITSUBA_NAMES, &built.library_files)?;
-    } else {
-        check_not_inputs(&[&args.output], &built.library_files)?;
+    args.write(format, &scene, &built)
+}
+
+/// As [`run`], of a scene that is built already.
+pub(super) fn run_built(
+    args: &ExportArgs,
+    scene: &SceneDescription,
+    built: &BuiltScene,
+) -> Result<(), CliError> {
+    let format = args.checked_format()?;
+    args.check_output(format, scene)?;
+    if format == Format::Step {
+        // where pieces meet it is built otherwise
+        let mut scene = scene.clone();
+        args.set_borders(format, &mut scene);
+        return args.write(format, &scene, &scene.build()?);
     }
-    match format {
-        Format::Json => write_whole_by(&args.output, |file| write_exact_patches(&built, file))?,
-        Format::Step => args.write_step(&scene, &built)?,
-        Format::Obj => write_whole(&args.output, obj(&args.meshes(&scene, &built)?).as_bytes())?,
-        Format::Ply => write_whole(&args.output, &ply(&args.meshes(&scene, &built)?, Precision::Double))?,
-        Format::Npy => write_lattice(&args.output, &built)?,
-        Format::Mitsuba => {
-            // what Mitsuba would refuse
-            checked_camera(&built.camera, &scene.film)?;
-            let meshes = args.meshes(&scene, &built)?;
-            let files = mitsuba_scene(&scene, &built, &meshes).context("the XML")?;
-            let files = files.iter().map(|file| (file.path.as_str(), file.bytes.as_slice()));
-            write_folder_whole(&args.output, MITSUBA_FOLDER, files)?;
-        }
-    }
-    Ok(())
+    args.write(format, scene, built)
 }
 
 impl ExportArgs {
+    /// How near pieces of a chain must meet for what is written.
+    fn set_borders(&self, format: Format, scene: &mut SceneDescription) {
+        if format == Format::Step {
+            // two neighbours may be off in opposite directions
+            scene.borders = match self.tolerance {
+                Some(tolerance) => Borders::Within(0.5 * tolerance),
+                None => Borders::WithinPart(0.5 * STEP_TOLERANCE),
+            };
+        }
+    }
+
+    /// Refuses a file or folder that cannot be written, or that is read.
+    fn check_output(&self, format: Format, scene: &SceneDescription) -> Result<(), CliError> {
+        if format == Format::Mitsuba {
+            check_replaces_no_inputs(&self.output, MITSUBA_NAMES, &scene.files())?;
+            Ok(check_folder_writable(&self.output, MITSUBA_FOLDER)?)
+        } else {
+            check_not_inputs(&[&self.output], &scene.files())?;
+            Ok(check_writable(&self.output)?)
+        }
+    }
+
+    fn write(&self, format: Format, scene: &SceneDescription, built: &BuiltScene) -> Result<(), CliError> {
+        if format == Format::Mitsuba {
+            check_replaces_no_inputs(&self.output, MITSUBA_NAMES, &built.library_files)?;
+        } else {
+            check_not_inputs(&[&self.output], &built.library_files)?;
+        }
+        match format {
+            Format::Json => write_whole_by(&self.output, |file| write_exact_patches(built, file))?,
+            Format::Step => self.write_step(scene, built)?,
+            Format::Obj => write_whole(&self.output, obj(&self.meshes(scene, built)?).as_bytes())?,
+            Format::Ply => write_whole(&self.output, &ply(&self.meshes(scene, built)?, Precision::Double))?,
+            Format::Npy => write_lattice(&self.output, built)?,
+            Format::Mitsuba => {
+                // what Mitsuba would refuse
+                checked_camera(&built.camera, &scene.film)?;
+                let meshes = self.meshes(scene, built)?;
+                let files = mitsuba_scene(scene, built, &meshes).context("the XML")?;
+                let files = files.iter().map(|file| (file.path.as_str(), file.bytes.as_slice()));
+                write_folder_whole(&self.output, MITSUBA_FOLDER, files)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// What to write, if the other flags fit it.
+    fn checked_format(&self) -> Result<Format, CliError> {
+        let format = self.format()?;
+        if format == Format::Json && (self.tolerance.is_some() || self.level.is_some()) {
+            let message = "--tolerance and --level are for triangles; .json holds the exact patches";
+            return Err(CliError::Input(message.to_owned()));
+        }
+        if format == Format::Step && self.level.is_some() {
+            let message = "--level is for triangles; .step holds surfaces";
+            return Err(CliError::Input(message.to_owned()));
+        }
+        Ok(format)
+    }
+
     fn format(&self) -> Result<Format, CliError> {
         if let Some(format) = self.format {
             return Ok(format);

@@ -87,14 +87,16 @@ pub(super) fn run(args: &InfoArgs) -> Result<(), CliError> {
     let scene = args.scene.parse()?;
     let built = args.scene.build(&scene, true)?;
     let info = args.scene.install(|| gather(&scene, &built))??;
-    let text = if args.json {
-        let bytes = to_json(&info).context("the JSON")?;
-        String::from_utf8(bytes).context("the JSON")?
-    } else {
-        table(&info)
-    };
-    print_result(&text)?;
-    Ok(())
+    print_result(&if args.json { as_json(&info)? } else { table(&info) })
+}
+
+/// What `--json` prints of a scene that is built already.
+pub(super) fn json(scene: &SceneDescription, built: &BuiltScene) -> Result<String, CliError> {
+    as_json(&gather(scene, built)?)
+}
+
+fn as_json(info: &Info) -> Result<String, CliError> {
+    Ok(String::from_utf8(to_json(info).context("the JSON")?).context("the JSON")?)
 }
 
 fn gather(scene: &SceneDescription, built: &BuiltScene) -> Result<Info, CliError> {

@@ -1,4 +1,7 @@
 //! The command line: the only place that prints, reads flags and chooses exit codes.
+//!
+//! Not part of the library's interface: it is here for the program and for what brings the program with it, as the Python
+//! package does.
 
 /// Prints a line to stderr; that nobody reads it is no error.
 macro_rules! say {
@@ -8,6 +11,7 @@ macro_rules! say {
 mod compare;
 mod diff;
 mod drags;
+pub mod embedded;
 mod export;
 mod info;
 mod own_inputs;
@@ -19,6 +23,7 @@ mod statistics;
 mod test;
 mod trace;
 
+use std::ffi::OsString;
 use std::fmt;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -109,7 +114,7 @@ impl LimitArgs {
 
 /// Why a command did not do its work.
 #[derive(Debug, Error)]
-enum CliError {
+pub enum CliError {
     /// The scene or a file it names is wrong.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -147,9 +152,9 @@ impl CliError {
     }
 }
 
-/// Runs the program on the process's own arguments.
-pub(crate) fn run() -> ExitCode {
-    let cli = match Cli::try_parse_from(diff::with_idiff_spellings(std::env::args_os())) {
+/// Runs the program on arguments, the program's name first.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(diff::with_idiff_spellings(arguments.into_iter())) {
         Ok(cli) => cli,
         Err(error) => {
             // help and version are asked for and go to stdout

@@ -7,22 +7,17 @@ use std::time::Instant;
 use anyhow::Context;
 use clap::Args;
 use glam::DVec3;
-use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
-use rayon::slice::ParallelSlice;
 use serde::Serialize;
 
 use trimray::arrays::{NamedArray, Values, read_f64, write_npz};
 use trimray::export::to_json;
 use trimray::memory::MemoryLimit;
 use trimray::output::check_writable;
-use trimray::trace::{Ray, RayTracer, SurfaceInteraction, TraceStatistics, TracedScene, Tracer};
+use trimray::trace::{HitArrays, Interrupted, Ray, TraceStatistics, TracedScene};
 
 use super::own_inputs::check_not_inputs;
 use super::statistics::{Acceleration, print_trace};
-use super::{CliError, SceneArgs, check_interrupted, print_result};
-
-/// Rays handed to a thread at once: enough to hide the handing out, few enough to share the work and notice Ctrl-C.
-const CHUNK: usize = 1024;
+use super::{CliError, INTERRUPTED, SceneArgs, print_result};
 
 /// Memory that the hit of a ray takes: as it is found, by threads and all together, and as numbers of the arrays.
 const HIT_BYTES: u64 = 2 * 256 + 2 * 160;
@@ -87,18 +82,17 @@ pub(super) fn run(args: &TraceArgs) -> Result<(), CliError> {
     let promise = memory.ask(format_args!("the hits of {count} rays"), count as u64 * kept)?;
     let (arrays, mut summary) = args.scene.install(|| {
         let threads = rayon::current_num_threads();
-        let Traced { arrays, hits, seconds, stats } = if args.any {
-            any_hits(&built.traced, &rays)
-        } else if args.all {
-            all_hits(&built.traced, &rays, args.once)
-        } else {
-            closest_hits(&built.traced, &rays)
+        let traced = match (args.any, args.all) {
+            (true, _) => any_hits(&built.traced, &rays),
+            (_, true) => all_hits(&built.traced, &rays, args.once),
+            _ => closest_hits(&built.traced, &rays),
         };
+        let Traced { arrays, hits, seconds, stats } = traced.map_err(|Interrupted| CliError::Interrupted)?;
         let mrays_per_second = rays.len() as f64 * 1e-6 / seconds;
         let accel = Acceleration::new(&built);
-        (arrays, Summary { rays: rays.len(), hits, seconds, mrays_per_second, threads, stats, accel })
-    })?;
-    check_interrupted()?;
+        let summary = Summary { rays: rays.len(), hits, seconds, mrays_per_second, threads, stats, accel };
+        Ok::<_, CliError>((arrays, summary))
+    })??;
     write_npz(&args.output, &arrays)?;
     drop(promise);
     if !summary.mrays_per_second.is_finite() {
@@ -149,87 +143,45 @@ struct Traced {
     stats: TraceStatistics,
 }
 
-/// Runs a query on all rays: the results, the time, and the sum of what the threads counted.
-fn query<T: Send>(
-    scene: &TracedScene,
-    rays: &[Ray],
-    query: impl Fn(&mut Tracer<'_>, &Ray) -> T + Sync,
-) -> (Vec<T>, f64, TraceStatistics) {
+fn any_hits(scene: &TracedScene, rays: &[Ray]) -> Result<Traced, Interrupted> {
     let started = Instant::now();
-    let chunk = |rays: &[Ray]| {
-        let mut tracer = scene.tracer();
-        let mut found = Vec::new();
-        if check_interrupted().is_ok() {
-            found.extend(rays.iter().map(|ray| query(&mut tracer, ray)));
-        }
-        (found, tracer.statistics())
-    };
-    let chunks: Vec<_> = rays.par_chunks(CHUNK).map(chunk).collect();
+    let (found, stats) = scene.any_batch(rays.len(), |index| rays[index], &INTERRUPTED)?;
     let seconds = started.elapsed().as_secs_f64();
-    let mut statistics = TraceStatistics::default();
-    let mut results = Vec::with_capacity(rays.len());
-    for (mut part, counts) in chunks {
-        results.append(&mut part);
-        statistics += counts;
-    }
-    (results, seconds, statistics)
-}
-
-fn any_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
-    let (found, seconds, stats) = query(scene, rays, |tracer, ray| tracer.any(ray));
     let hits = found.iter().filter(|&&hit| hit).count();
     let arrays = vec![NamedArray { name: "hit", columns: 1, values: Values::Bool(found) }];
-    Traced { arrays, hits, seconds, stats }
+    Ok(Traced { arrays, hits, seconds, stats })
 }
 
-fn closest_hits(scene: &TracedScene, rays: &[Ray]) -> Traced {
-    let (found, seconds, stats) = query(scene, rays, |tracer, ray| tracer.closest_hit(ray));
-    Traced { hits: found.iter().flatten().count(), arrays: columns(&found), seconds, stats }
+fn closest_hits(scene: &TracedScene, rays: &[Ray]) -> Result<Traced, Interrupted> {
+    let started = Instant::now();
+    let (found, stats) = scene.closest_batch(rays.len(), |index| rays[index], &INTERRUPTED)?;
+    let seconds = started.elapsed().as_secs_f64();
+    let hits = found.t.iter().filter(|t| t.is_finite()).count();
+    Ok(Traced { arrays: columns(found), hits, seconds, stats })
 }
 
-fn all_hits(scene: &TracedScene, rays: &[Ray], once: bool) -> Traced {
-    let every = |tracer: &mut Tracer<'_>, ray: &Ray| -> Vec<_> {
-        let hits = if once { tracer.all_once(ray) } else { tracer.all(ray) };
-        hits.iter().map(|hit| Some(scene.interaction(hit))).collect()
-    };
-    let (found, seconds, stats) = query(scene, rays, every);
-    let mut offsets = vec![0_i64];
-    let mut hits = 0;
-    for ray in &found {
-        hits += ray.len();
-        offsets.push(i64::try_from(hits).expect("fewer than 2^63 hits fit in memory"));
-    }
-    let flat: Vec<_> = found.into_iter().flatten().collect();
-    let mut arrays = columns(&flat);
+fn all_hits(scene: &TracedScene, rays: &[Ray], once: bool) -> Result<Traced, Interrupted> {
+    let started = Instant::now();
+    let (found, offsets, stats) = scene.all_batch(rays.len(), |index| rays[index], once, &INTERRUPTED)?;
+    let seconds = started.elapsed().as_secs_f64();
+    let hits = found.t.len();
+    let mut arrays = columns(found);
     arrays.push(NamedArray { name: "offsets", columns: 1, values: Values::I64(offsets) });
-    Traced { arrays, hits, seconds, stats }
+    Ok(Traced { arrays, hits, seconds, stats })
 }
 
-/// The arrays of the contract, one row for each hit or miss.
-fn columns(hits: &[Option<SurfaceInteraction>]) -> Vec<NamedArray> {
-    let id = |get: fn(&SurfaceInteraction) -> u32| {
-        // -1 for a miss; ids of 2^31 and more do not fit in memory
-        let id = |hit: &Option<SurfaceInteraction>| {
-            hit.as_ref().map_or(-1, |hit| i32::try_from(get(hit)).unwrap_or(i32::MAX))
-        };
-        Values::I32(hits.par_iter().map(id).collect())
+/// The arrays of the file, one row for each hit or miss.
+fn columns(hits: HitArrays) -> Vec<NamedArray> {
+    let HitArrays { t, ids, pairs, vectors } = hits;
+    let of = |names: &[&'static str], columns: usize, values: Vec<Values>| {
+        let named = names.iter().zip(values);
+        named.map(|(name, values)| NamedArray { name, columns, values }).collect::<Vec<_>>()
     };
-    let numbers = |miss: f64, columns: usize, get: fn(&SurfaceInteraction) -> Vec<f64>| {
-        let row = |hit: &Option<SurfaceInteraction>| hit.as_ref().map_or_else(|| vec![miss; columns], get);
-        Values::F64(hits.iter().flat_map(row).collect())
-    };
-    let array = |name, columns, values| NamedArray { name, columns, values };
-    vec![
-        array("t", 1, numbers(f64::INFINITY, 1, |hit| vec![hit.t])),
-        array("object", 1, id(|hit| hit.object)),
-        array("face", 1, id(|hit| hit.face)),
-        array("patch", 1, id(|hit| hit.patch)),
-        array("st", 2, numbers(f64::NAN, 2, |hit| hit.st.to_array().to_vec())),
-        array("uv", 2, numbers(f64::NAN, 2, |hit| hit.uv.to_array().to_vec())),
-        array("rest", 3, numbers(f64::NAN, 3, |hit| hit.rest.to_array().to_vec())),
-        array("position", 3, numbers(f64::NAN, 3, |hit| hit.position.to_array().to_vec())),
-        array("normal", 3, numbers(f64::NAN, 3, |hit| hit.normal.to_array().to_vec())),
-        array("dp_ds", 3, numbers(f64::NAN, 3, |hit| hit.dp_ds.to_array().to_vec())),
-        array("dp_dt", 3, numbers(f64::NAN, 3, |hit| hit.dp_dt.to_array().to_vec())),
+    [
+        of(&["t"], 1, vec![Values::F64(t)]),
+        of(&HitArrays::ID_NAMES, 1, ids.map(Values::I32).into()),
+        of(&HitArrays::PAIR_NAMES, 2, pairs.map(Values::F64).into()),
+        of(&HitArrays::VECTOR_NAMES, 3, vectors.map(Values::F64).into()),
     ]
+    .concat()
 }

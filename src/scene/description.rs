@@ -1,12 +1,14 @@
 //! A scene as its file gives it: checked plain data, before any mesh is read.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
 
 use super::diagnostic::{Located, Location};
 use crate::film::{FilmSettings, PictureLimits};
 use crate::memory::MemoryLimit;
+use crate::mesh::PolygonMesh;
 use crate::model::{Borders, Deformer, DragUsing, Edit, Lattice, Representation};
 use crate::shade::light::EnvironmentLight;
 use crate::shade::{CameraSettings, Light, Material, PictureSource, RenderSettings, TextureSource};
@@ -115,6 +117,8 @@ pub struct ObjectDescription {
 pub enum ObjectShape {
     /// A mesh file, on the path of the scene file's folder.
     Mesh(Located<PathBuf>),
+    /// A mesh that is in memory, which a program put in the place of a file.
+    Polygons(Located<Arc<PolygonMesh>>),
     /// A parametric surface.
     Surface(Located<SplineSurface>),
 }
@@ -125,16 +129,17 @@ impl ObjectShape {
     pub const fn location(&self) -> Location {
         match self {
             Self::Mesh(mesh) => mesh.location,
+            Self::Polygons(mesh) => mesh.location,
             Self::Surface(surface) => surface.location,
         }
     }
 
-    /// The mesh file, if it is a mesh.
+    /// The mesh file, if it is one.
     #[must_use]
     pub fn mesh(&self) -> Option<&Path> {
         match self {
             Self::Mesh(mesh) => Some(&mesh.value),
-            Self::Surface(_) => None,
+            Self::Polygons(_) | Self::Surface(_) => None,
         }
     }
 }

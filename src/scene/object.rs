@@ -72,6 +72,9 @@ impl ObjectDescription {
             ObjectShape::Surface(surface) => {
                 Ok((Shape::Surface(surface.value.clone()), MeshNotes::default()))
             }
+            ObjectShape::Polygons(mesh) => {
+                Ok((Shape::Polygons(Arc::clone(&mesh.value)), MeshNotes::default()))
+            }
             ObjectShape::Mesh(file) => {
                 let (mesh, notes) = load_mesh_within(&file.value, scene.memory)
                     .map_err(|error| self.mesh_faults(&error, scene, file.location))?;

@@ -289,6 +289,7 @@ impl KnotVector {
 
     /// Basis functions of an interval's polynomial piece at any real parameter, by their Bernstein form: without the divisions of
     /// [`Self::basis_with_derivatives`].
+    #[inline(always)]
     pub(crate) fn basis(&self, interval: usize, parameter: f64) -> LocalBasis {
         match self.degree {
             1 => self.basis_of_order::<2>(interval, parameter),
@@ -303,7 +304,7 @@ impl KnotVector {
     }
 
     /// As [`Self::basis`], with loops of lengths known when compiling.
-    #[inline]
+    #[inline(always)]
     fn basis_of_order<const ORDER: usize>(&self, interval: usize, parameter: f64) -> LocalBasis {
         let k = ORDER - 1;
         let (start, end) = (self.breakpoints[interval], self.breakpoints[interval + 1]);

@@ -97,6 +97,21 @@ impl ControlLattice {
         Some(basis)
     }
 
+    /// How the position of a point of the box depends on the control points: places in [`Self::points`] and factors. The
+    /// derivative of the position by such a control point, weights fixed, is the factor times the identity. `None` outside
+    /// the box.
+    #[must_use]
+    pub fn derivatives(&self, parameters: DVec3) -> Option<Vec<(usize, f64)>> {
+        let mut factors = self.basis(parameters)?;
+        let mut sum = 0.0;
+        for (flat, factor) in &mut factors {
+            *factor *= self.points[*flat].w;
+            sum += *factor;
+        }
+        factors.iter_mut().for_each(|(_, factor)| *factor /= sum);
+        Some(factors)
+    }
+
     /// Where the lattice takes a point of the box; `None` outside.
     #[must_use]
     pub fn position(&self, parameters: DVec3) -> Option<DVec3> {
@@ -340,6 +355,24 @@ mod tests {
         assert_near(corner(&bent, [0, 0, 5]), DVec3::new(1.0 + radius, 0.0, radius + 1.0));
         assert_near(corner(&bent, [3, 4, 5]), DVec3::new(1.0 + radius, 2.0, radius - 1.0));
         assert_near(corner(&bent, [3, 4, 0]), DVec3::new(2.0, 2.0, 0.0));
+    }
+
+    #[test]
+    fn derivatives_are_what_moved_control_points_do() {
+        let mut rational = lattice(0);
+        rational.set_weight([1, 2, 3], 2.5).unwrap();
+        let place = DVec3::new(0.7, 1.1, 2.3);
+        let before = rational.position(place).unwrap();
+        let factors = rational.derivatives(place).unwrap();
+        assert_eq!(factors.len(), 27);
+        assert!((factors.iter().map(|(_, factor)| factor).sum::<f64>() - 1.0).abs() < 1e-15);
+        for (flat, factor) in factors {
+            let mut moved = rational.clone();
+            let by = DVec3::new(0.5, -1.0, 0.25);
+            moved.move_by(rational.index_of(flat), by).unwrap();
+            assert_near(moved.position(place).unwrap(), before + factor * by);
+        }
+        assert_eq!(rational.derivatives(DVec3::splat(-1.0)), None);
     }
 
     #[test]

@@ -1,7 +1,10 @@
 //! The (rational) tensor-product B-spline volume of a free-form deformation.
 
+use fearless_simd::Level;
 use glam::{DMat3, DVec3, DVec4};
 use thiserror::Error;
+
+use crate::math::lanes::with_vectors;
 
 use super::knot_vector::{KnotError, KnotVector};
 
@@ -182,6 +185,36 @@ impl SplineVolume {
         Some(self.eval_in_knot_box(self.knot_box(parameters)?, parameters))
     }
 
+    /// The deformed point alone, which takes a third of the time of [`Self::eval`]; `None` outside the domain.
+    #[must_use]
+    pub fn position(&self, parameters: DVec3) -> Option<DVec3> {
+        let sum = self.homogeneous_in_knot_box(self.knot_box(parameters)?, parameters);
+        Some(if self.rational { sum.truncate() / sum.w } else { sum.truncate() })
+    }
+
+    /// As [`Self::position`] for many points, with the processor's vectors: calls `put` with each point and where it goes.
+    pub fn positions(&self, points: impl Iterator<Item = DVec3>, put: impl FnMut(DVec3, Option<DVec3>)) {
+        let level = Level::new();
+        match self.axes[2].degree() {
+            1 => with_vectors!(level, _simd => self.positions_of_order::<2>(points, put)),
+            2 => with_vectors!(level, _simd => self.positions_of_order::<3>(points, put)),
+            3 => with_vectors!(level, _simd => self.positions_of_order::<4>(points, put)),
+            _ => with_vectors!(level, _simd => self.positions_of_order::<5>(points, put)),
+        }
+    }
+
+    #[inline(always)]
+    fn positions_of_order<const ORDER: usize>(
+        &self,
+        points: impl Iterator<Item = DVec3>,
+        mut put: impl FnMut(DVec3, Option<DVec3>),
+    ) {
+        for point in points {
+            let sum = self.knot_box(point).map(|knot_box| self.sum_of_rows::<ORDER>(knot_box, point));
+            put(point, sum.map(|sum| if self.rational { sum.truncate() / sum.w } else { sum.truncate() }));
+        }
+    }
+
     /// The polynomial (rational) piece of one knot box, at any real parameters.
     ///
     /// Source: Feng, Nishita, Jin, Peng (2002), section 3.4.2, the generalised de Boor-Cox algorithm.
@@ -214,6 +247,7 @@ impl SplineVolume {
     }
 
     /// As [`Self::homogeneous_in_knot_box`], with sums along the last axis of a length known when compiling.
+    #[inline(always)]
     fn sum_of_rows<const ORDER: usize>(&self, knot_box: KnotBox, parameters: DVec3) -> DVec4 {
         let p = parameters.to_array();
         let [nu, nv, nw]: [_; 3] = std::array::from_fn(|axis| self.axes[axis].basis(knot_box[axis], p[axis]));
@@ -382,6 +416,25 @@ mod tests {
             })
             .collect();
         SplineVolume::try_new(axes, &control_points).unwrap()
+    }
+
+    #[test]
+    fn the_position_alone_is_that_with_the_jacobian() {
+        let mut noise = Noise(5);
+        for (degree, rational) in [([1, 2, 3], false), ([4, 3, 1], true), ([2, 4, 4], true)] {
+            let volume = bent_volume(degree, rational);
+            let [low, high] = volume.bounds();
+            for _ in 0..50 {
+                let place = low + (high - low) * noise.vector().abs();
+                let [alone, full] = [volume.position(place), volume.eval(place).map(|point| point.position)];
+                assert!(alone.unwrap().distance(full.unwrap()) < 1e-14, "{degree:?} at {place}");
+            }
+            assert_eq!(volume.position(high + 0.1), None);
+            let places = [low, low - 1.0, 0.3 * low + 0.7 * high];
+            let mut many = Vec::new();
+            volume.positions(places.into_iter(), |place, position| many.push((place, position)));
+            assert_eq!(many, places.map(|place| (place, volume.position(place))));
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Stage 4: rays against trimmed patches.
 
 mod attributes;
+mod batch;
 mod box_tree;
 mod brute_force;
 mod bvh;
@@ -35,6 +36,7 @@ mod target;
 mod tracer;
 
 pub use attributes::{NoAttributes, VertexAttributes};
+pub use batch::{HitArrays, Interrupted};
 pub(crate) use box_tree::BoxTree;
 pub use brute_force::closest_hit_by_subdivision;
 pub use geometry::{Geometry, RayTracer};

@@ -423,6 +423,32 @@ fn padded([low, high]: [DVec3; 2]) -> [DVec3; 2] {
 }
 
 impl Edit {
+    /// Applies the edit to a lattice by itself, around no object, so that drags by rays meet nothing; of drags it gives a report,
+    /// with the edit's number still to be set.
+    ///
+    /// # Errors
+    /// What is wrong with the edit, or with the lattice after it; the lattice is then of no use.
+    ///
+    /// # Example
+    /// ```
+    /// use glam::DVec3;
+    /// use trimray::model::{Edit, MoveTo};
+    /// use trimray::spline::ControlLattice;
+    ///
+    /// let mut lattice = ControlLattice::identity([2; 3], [3; 3], [DVec3::ZERO, DVec3::ONE], 0)?;
+    /// Edit::Move { index: [1, 1, 1], to: MoveTo::By(DVec3::Z) }.apply_to(&mut lattice)?;
+    /// assert_eq!(lattice.points()[13].truncate(), DVec3::new(0.5, 0.5, 1.5));
+    ///
+    /// let far = Edit::Move { index: [1, 1, 1], to: MoveTo::By(1e12 * DVec3::Z) };
+    /// assert!(far.apply_to(&mut lattice).is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn apply_to(&self, lattice: &mut ControlLattice) -> Result<Option<DragReport>, EditError> {
+        let report = self.apply(lattice, &|_, _| Ok(None))?;
+        check_points(lattice)?;
+        Ok(report)
+    }
+
     /// Applies the edit; of drags it gives a report, with the edit's number still to be set.
     fn apply(&self, lattice: &mut ControlLattice, seen: Seen<'_>) -> Result<Option<DragReport>, EditError> {
         if let Self::Move { index, .. } | Self::Weight { index, .. } = self {
