@@ -1,15 +1,35 @@
-//! The fuzz targets on their seeds, without a fuzzer.
+//! The fuzz targets on their seeds and on mutations of these, without a fuzzer.
+//!
+//! `TRIMRAY_EXECUTIONS=N` runs so many mutations for each target (50 without it), `TRIMRAY_SEED=S` others, `TRIMRAY_TARGET=NAME` one
+//! target alone. An input that fails is kept, and its place printed.
 
+mod mutation;
 #[path = "../fuzz/src/lib.rs"]
 #[allow(unreachable_pub, reason = "the targets' own crate gives them to its programs")]
 mod targets;
 
 use std::fs;
+use std::panic::catch_unwind;
 use std::path::Path;
 use std::process::Command;
+use std::time::{Duration, Instant};
 
-/// Runs a target on each of its seeds.
+use mutation::{Random, mutated_bytes, mutated_text};
+use rayon::prelude::*;
+
+/// Longer than any input may take, however busy the machine.
+const PATIENCE: Duration = Duration::from_secs(if cfg!(debug_assertions) { 600 } else { 60 });
+
+/// A whole number of the environment.
+fn number(variable: &str, otherwise: u64) -> u64 {
+    std::env::var(variable).map_or(otherwise, |text| text.parse().expect("a whole number"))
+}
+
+/// Runs a target on each of its seeds, and on mutations of them.
 fn run(target: &str, body: fn(&[u8])) {
+    if std::env::var("TRIMRAY_TARGET").is_ok_and(|only| only != target) {
+        return;
+    }
     let folder = tempfile::tempdir().expect("a temporary folder");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds");
     let made = Command::new(script).arg(folder.path()).status().expect("the script runs");
@@ -19,10 +39,32 @@ fn run(target: &str, body: fn(&[u8])) {
         .map(|entry| entry.expect("readable").path())
         .collect();
     assert!(seeds.len() > 3, "{target} has {} seeds", seeds.len());
-    for seed in seeds {
-        println!("{}", seed.display());
-        body(&fs::read(&seed).expect("readable"));
-    }
+    let seeds: Vec<_> = seeds.iter().map(|seed| fs::read(seed).expect("readable")).collect();
+    seeds.iter().for_each(|seed| body(seed));
+    let (executions, first) = (number("TRIMRAY_EXECUTIONS", 50), number("TRIMRAY_SEED", 1));
+    let (failed, longest) = (0..executions)
+        .into_par_iter()
+        .map(|execution| {
+            let mut random = Random::new(first << 40 | execution);
+            let seed = random.choose(&seeds).clone();
+            let input = match String::from_utf8(seed) {
+                Ok(text) if random.below(2) == 0 => mutated_text(&text, &mut random).into_bytes(),
+                Ok(text) => mutated_bytes(text.as_bytes(), &mut random),
+                Err(binary) => mutated_bytes(binary.as_bytes(), &mut random),
+            };
+            let started = Instant::now();
+            let passed = catch_unwind(|| body(&input)).is_ok();
+            let took = started.elapsed();
+            if !passed || took > PATIENCE {
+                let kept = std::env::temp_dir().join(format!("trimray_{target}_{first}_{execution}"));
+                fs::write(&kept, &input).expect("the input is kept");
+                eprintln!("{target} {execution}: {took:?}, see {}", kept.display());
+            }
+            (u64::from(!passed || took > PATIENCE), took)
+        })
+        .reduce(|| (0, Duration::ZERO), |a, b| (a.0 + b.0, a.1.max(b.1)));
+    println!("{target}: {failed} of {executions} failed, {longest:?} at most");
+    assert_eq!(failed, 0, "{target} fails");
 }
 
 #[test]

@@ -15,6 +15,7 @@ use super::settings::BuildSettings;
 use crate::analytic::{MAX_FIELDS, Step};
 use crate::math::bounds;
 use crate::math::magnitude::{self, MagnitudeError};
+use crate::memory::MemoryLimit;
 use crate::mesh::{MeshNotes, MeshTolerances, PolygonMesh, prepare_polygons};
 use crate::patch::BuildTimes;
 use crate::surface::SplineSurface;
@@ -168,6 +169,14 @@ impl Object {
     /// The first thing that is wrong; [`ModelError::deformer`] and [`ModelError::edit`] say where.
     pub fn build(&self) -> Result<BuiltObject, ModelError> {
         self.build_with(BuildSettings::default())
+    }
+
+    /// As [`Self::build`], if there is memory enough.
+    ///
+    /// # Errors
+    /// As [`Self::build`]; also if the process would have more memory than it may.
+    pub fn build_within(&self, memory: MemoryLimit) -> Result<BuiltObject, ModelError> {
+        self.build_with(BuildSettings { memory, ..BuildSettings::default() })
     }
 
     /// As [`Self::build`], with settings of one's own.
