@@ -1,11 +1,10 @@
 //! What deforms an object, each kind in a file of its own: lattices here, maps in [`analytic`](crate::analytic).
 
+mod edit;
 mod lattice;
 
-pub use lattice::{
-    BuiltLattice, DragEdit, DragOutcome, DragReport, DragSources, DragUsing, Edit, EditError, Lattice,
-    MoveTo, Outside,
-};
+pub use edit::{DragEdit, DragOutcome, DragReport, DragSources, DragUsing, Edit, EditError, MoveTo};
+pub use lattice::{BuiltLattice, Lattice, Outside};
 
 use crate::analytic::{Extension, Step};
 
