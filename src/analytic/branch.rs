@@ -361,6 +361,11 @@ impl Piece {
         Margins { list: self.branch_list(), open: self.open.iter(), tolerance, inside: true, strictly: true }
     }
 
+    /// The same piece, taken to be all of its rectangle.
+    pub(super) fn without_borders(&self) -> Self {
+        Self { open: self.open.iter().map(|_| false).collect(), ..self.clone() }
+    }
+
     /// Whether it is not all of its rectangle.
     pub(super) fn has_borders(&self) -> bool {
         self.open.contains(&true)

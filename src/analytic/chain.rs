@@ -8,7 +8,7 @@ use thiserror::Error;
 use crate::patch::{BezierPatch, Chart, PatchPoint};
 use crate::spline::KnotBox;
 
-use super::branch::{ByValue, Recorded, SelectBranch};
+use super::branch::{ByValue, Piece, Recorded, SelectBranch};
 use super::jet::{Jet, Point};
 use super::number::{MAX_ORDER, Number};
 use super::step::Step;
@@ -93,6 +93,13 @@ impl Formula {
             2 => patch_point(&self.at::<_, 10>(st, steps, choose)),
             _ => patch_point(&self.at::<_, 15>(st, steps, choose)),
         }
+    }
+
+    /// Whether a place is in a piece, borders included.
+    pub(super) fn is_in(&self, st: DVec2, piece: &Piece) -> bool {
+        let mut margins = piece.margins([0.0; 2]);
+        self.eval(st, &mut margins);
+        margins.inside
     }
 
     /// Asks for all pieces; derivatives of places are missing what fields take, those of parameters are not.

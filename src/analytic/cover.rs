@@ -278,10 +278,11 @@ impl Cover<'_> {
                     }
                 }
             }
-            let most = found.iter().map(|(_, range)| radius(range, 0)).fold(0.0, f64::max);
-            if fits.len() == found.len() && found.len() > 1 && self.merges() {
+            let within = self.within.filter(|_| found.len() > 1 && !self.has_kinks());
+            if let Some(within) = within.filter(|_| fits.len() == found.len()) {
+                let most = found.iter().map(|(_, range)| radius(range, 0)).fold(0.0, f64::max);
                 fits.retain(|(piece, ..)| self.occurs(piece, rectangle, SEARCH_HALVINGS));
-                match merge(&self.formula, &fits, rectangle, (most, self.within.unwrap_or(0.0))) {
+                match merge(&self.formula, &fits, rectangle, (most, within)) {
                     Merge::Cell(cell, degree) => return self.push(cell, degree, region).map(|()| None),
                     Merge::Halve(longer) => axis = longer,
                 }
@@ -358,9 +359,9 @@ impl Cover<'_> {
         }
     }
 
-    /// Whether pieces are to be one cell where they differ by little; not once the surface is known to tear or to have kinks.
-    fn merges(&self) -> bool {
-        self.within.is_some() && self.work.kinks.load(Ordering::Relaxed) < MOST_KINKS
+    /// Whether the surface is taken to tear or to have kinks.
+    fn has_kinks(&self) -> bool {
+        self.work.kinks.load(Ordering::Relaxed) >= MOST_KINKS
     }
 
     /// Counts a rectangle of some radius in which pieces differ by too much.
@@ -420,17 +421,12 @@ impl Cover<'_> {
         let formula = self.formula.clone();
         let found = pieces(MOST_PIECES_AT_POINT, |possible| formula.range(discs([low, high]), possible));
         let found = found.ok_or_else(|| fault(&formula, middle))?;
-        let holds = |(piece, _): &&(Piece, _)| {
-            let mut margins = piece.margins([0.0; 2]);
-            formula.eval(middle, &mut margins);
-            margins.inside
-        };
-        let piece = found.iter().find(holds).unwrap_or(&found[0]).0.clone();
+        let holds = |(piece, _): &&(Piece, _)| formula.is_in(middle, piece);
+        let piece = found.iter().find(holds).unwrap_or(&found[0]).0.without_borders();
         let radius = found.iter().map(|(_, range)| radius(range, 0)).fold(0.0, f64::max);
         if radius > POINT * self.size || !radius.is_finite() {
             return Err(fault(&formula, middle));
         }
-        let piece = Piece { open: piece.open.iter().map(|_| false).collect(), ..piece };
         let cell =
             Cell { formula: formula.clone(), low, size: high - low, piece, error: 4.0 * radius, leads: true };
         let point = |st: DVec2| formula.position(cell.low + st * cell.size, &mut ByValue).extend(1.0);

@@ -46,15 +46,10 @@ pub(super) fn merge(
     let errors = fits.iter().map(|(.., error)| *error).fold(0.0, f64::max);
     // as small as this, any of them is as good as a point
     let error = if radius <= 0.5 * within { 2.0 * radius } else { apart } + errors;
-    let holds = |(piece, ..): &&Fitted<'_>| {
-        let mut margins = piece.margins([0.0; 2]);
-        formula.eval(0.5 * (low + high), &mut margins);
-        margins.inside
-    };
+    let holds = |(piece, ..): &&Fitted<'_>| formula.is_in(0.5 * (low + high), piece);
     match fits.iter().find(holds).or(fits.first()) {
         Some((piece, ..)) if error <= within => {
-            let piece = Piece { open: piece.open.iter().map(|_| false).collect(), ..(*piece).clone() };
-            let formula = formula.clone();
+            let (formula, piece) = (formula.clone(), piece.without_borders());
             Merge::Cell(Cell { formula, low, size: high - low, piece, error, leads: true }, degree)
         }
         _ => Merge::Halve(nets.first().map_or(0, |net| longer_side(net, degree))),
