@@ -76,13 +76,21 @@ fn pieces_that_meet_in_curves_are_written_within_the_tolerance() {
 }
 
 #[test]
-fn kinks_that_are_curves_are_refused() {
+fn kinks_and_tears_that_are_curves_are_refused() {
     let at = TestFolder::new();
-    let kink = "[[object]]\nname = \"sheet\"\n[object.surface]\ntype = \"bezier\"\ndegree = [1, 1]\n\
-        points = [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]]\n\
-        [[object.deform]]\ntype = \"extension\"\n[[object.deform.region]]\n\
-        bound = \"((u-0.5)^2 + (v-0.5)^2)/0.3^2 - 1\"\nindex = 1\nh = [0, 0, 0.5]\n";
-    at.write("kink.toml", kink);
-    at.refuse(&["export", "kink.toml", "-o", "kink.step"], &["\"sheet\"", "kink"]);
-    assert!(!at.files().contains(&"kink.step".to_owned()));
+    let ball = "[[object]]\nname = \"ball\"\nsurface = { type = \"sphere\", radius = 1.0 }\n";
+    // a lattice that is linear between its knot planes, and one that ends within the ball
+    let kink = "[[object.deform]]\ntype = \"ffd\"\ndegree = [1, 1, 1]\npoints = [4, 4, 4]\n\
+        [[object.deform.edit]]\nmove = [1, 2, 3]\nby = [0.2, 0.1, 0.3]\n";
+    let tear = "[[object.deform]]\ntype = \"ffd\"\ndegree = [2, 2, 2]\npoints = [4, 4, 4]\n\
+        bounds = [[-2, -2, -2], [0.3, 2, 2]]\noutside = \"keep\"\n\
+        [[object.deform.edit]]\nmove = [3, 2, 2]\nby = [0.2, 0.1, 0.3]\n";
+    for deform in [kink, tear] {
+        at.write("ball.toml", format!("{ball}{deform}"));
+        at.refuse(
+            &["export", "ball.toml", "-o", "ball.step"],
+            &["\"ball\"", "faces end in curves", "tears or has a kink", ".obj and .ply"],
+        );
+        assert!(!at.files().contains(&"ball.step".to_owned()));
+    }
 }
